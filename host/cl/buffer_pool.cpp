@@ -1,0 +1,79 @@
+#include "host/cl/buffer_pool.hpp"
+
+#include <algorithm>
+#include <new>
+
+namespace btfield {
+
+struct Buffer::Shelf {
+    std::multimap<std::size_t, cl::Buffer> idle;
+};
+
+Buffer& Buffer::operator=(Buffer&& other) noexcept {
+    if (this != &other) {
+        release();
+        shelf_ = std::move(other.shelf_);
+        handle_ = std::move(other.handle_);
+        bytes_ = std::exchange(other.bytes_, 0);
+        capacity_ = std::exchange(other.capacity_, 0);
+    }
+    return *this;
+}
+
+void Buffer::release() noexcept {
+    if (!shelf_) return;
+    try {
+        shelf_->idle.emplace(capacity_, handle_);
+    } catch (const std::bad_alloc&) {
+        // The handle's own destructor frees the memory.
+    }
+    shelf_.reset();
+    handle_ = cl::Buffer();
+    bytes_ = capacity_ = 0;
+}
+
+BufferPool::BufferPool(cl::Context context, std::string device_name, std::size_t largest_allocation)
+    : context_(std::move(context)),
+      device_name_(std::move(device_name)),
+      largest_(largest_allocation),
+      shelf_(std::make_shared<Buffer::Shelf>()) {}
+
+Buffer BufferPool::take(std::size_t bytes) {
+    bytes = std::max<std::size_t>(bytes, 4);
+    Buffer buffer;
+    const auto found = shelf_->idle.lower_bound(bytes);
+    // A loan of much more than was asked for would starve the next large one.
+    if (found != shelf_->idle.end() && found->first <= bytes + bytes / 4 + 4096) {
+        buffer.handle_ = found->second;
+        buffer.capacity_ = found->first;
+        shelf_->idle.erase(found);
+    } else {
+        if (bytes > largest_)
+            throw DeviceError("allocate " + std::to_string(bytes) + " bytes on device '" + device_name_ + "'",
+                              "its largest allocation is " + std::to_string(largest_) + " bytes",
+                              "use a smaller size, or a device with more memory");
+        const auto allocate = [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, bytes); };
+        try {
+            buffer.handle_ = allocate();
+        } catch (const cl::Error&) {
+            clear();
+            buffer.handle_ = guarded("allocate " + std::to_string(bytes) + " bytes", device_name_, allocate);
+        }
+        buffer.capacity_ = bytes;
+    }
+    buffer.bytes_ = bytes;
+    buffer.shelf_ = shelf_;
+    return buffer;
+}
+
+std::size_t BufferPool::idle_bytes() const {
+    std::size_t sum = 0;
+    for (const auto& [bytes, handle] : shelf_->idle) sum += bytes;
+    return sum;
+}
+
+void BufferPool::clear() {
+    shelf_->idle.clear();
+}
+
+}  // namespace btfield

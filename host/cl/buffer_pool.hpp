@@ -1,0 +1,60 @@
+#pragma once
+
+/// \file
+/// Device memory that is handed back instead of freed.
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "host/cl/api.hpp"
+
+namespace btfield {
+
+class BufferPool;
+
+/// Device memory on loan from a pool; returned on destruction. Move only. May outlive the pool's owner.
+class Buffer {
+  public:
+    Buffer() = default;
+    Buffer(Buffer&& other) noexcept { *this = std::move(other); }
+    Buffer& operator=(Buffer&& other) noexcept;
+    ~Buffer() { release(); }
+
+    [[nodiscard]] const cl::Buffer& handle() const { return handle_; }
+    /// Bytes asked for; the memory behind may be larger.
+    [[nodiscard]] std::size_t bytes() const { return bytes_; }
+    [[nodiscard]] explicit operator bool() const { return bytes_ != 0; }
+
+  private:
+    friend class BufferPool;
+    struct Shelf;
+    void release() noexcept;
+
+    std::shared_ptr<Shelf> shelf_;
+    cl::Buffer handle_;
+    std::size_t bytes_ = 0;
+    std::size_t capacity_ = 0;
+};
+
+class BufferPool {
+  public:
+    BufferPool(cl::Context context, std::string device_name, std::size_t largest_allocation);
+
+    /// Uninitialised read-write memory of at least `bytes`.
+    /// \throws DeviceError when the device refuses, after unused buffers were freed.
+    [[nodiscard]] Buffer take(std::size_t bytes);
+    /// Bytes held by the pool and not on loan.
+    [[nodiscard]] std::size_t idle_bytes() const;
+    void clear();
+
+  private:
+    cl::Context context_;
+    std::string device_name_;
+    std::size_t largest_;
+    std::shared_ptr<Buffer::Shelf> shelf_;
+};
+
+}  // namespace btfield

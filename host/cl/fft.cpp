@@ -1,0 +1,249 @@
+#include "host/cl/fft.hpp"
+
+#include <clFFT.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "host/cl/device_impl.hpp"
+
+namespace btfield {
+
+namespace {
+
+bool transformable(int n) {
+    for (const int p : {2, 3, 5, 7, 11, 13})
+        while (n % p == 0) n /= p;
+    return n == 1;
+}
+
+/// cos and sin of 2πk/n, k < n.
+std::vector<cl_float2> roots_of_unity(int n) {
+    std::vector<cl_float2> table(static_cast<std::size_t>(n));
+    for (int k = 0; k < n; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / n;
+        table[static_cast<std::size_t>(k)] = {
+            {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))}};
+    }
+    return table;
+}
+
+std::size_t groups(int n, int step) {
+    return static_cast<std::size_t>((n + step - 1) / step);
+}
+
+BuildParameters transform_parameters(const Device::Impl& device, int length, int sign) {
+    int room = 64;
+    while (room < length) room *= 4;
+    BuildParameters parameters = device.lanes();
+    parameters.set("BTFIELD_FFT_ROOM", room).set("BTFIELD_FFT_SIGN", sign);
+    parameters.set("BTFIELD_FFT_ODD", (length & (length - 1)) != 0);
+    return parameters;
+}
+
+/// kernels/fft.cl.
+class LaneFft : public Fft {
+  public:
+    LaneFft(Device::Impl& device, Size size)
+        : size_(size),
+          pitch_x_((size.width + 31) / 32 * 32),
+          roots_x_(device.upload(roots_of_unity(size.width))),
+          roots_y_(device.upload(roots_of_unity(size.height))) {}
+
+    void inverse(Device::Impl& device, Spectrum& spectrum, Buffer& images, int planes) override {
+        const int width = device.vector_width();
+        Buffer re = device.buffer(mid_bytes(planes)), im = device.buffer(mid_bytes(planes));
+        const auto count = static_cast<std::size_t>(planes);
+        device.launch(kernel(device, "fft_columns_inverse", size_.width, 1),
+                      {groups(size_.height / 2 + 1, width), count}, Grain::coarse, spectrum.re, spectrum.im,
+                      re, im, roots_x_, size_.width, size_.height, spectrum_pitch(size_.height), pitch_x_);
+        device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
+                      {groups(size_.width, 2 * width), count}, Grain::coarse, re, im, images, roots_y_,
+                      size_.height, size_.width, pitch_x_);
+    }
+
+    void forward(Device::Impl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
+        const int width = device.vector_width();
+        Buffer re = device.buffer(mid_bytes(planes)), im = device.buffer(mid_bytes(planes));
+        const auto count = static_cast<std::size_t>(planes);
+        device.launch(kernel(device, "fft_rows_forward", size_.height, -1),
+                      {groups(size_.width, 2 * width), count}, Grain::coarse, images, re, im, roots_y_,
+                      size_.height, size_.width, pitch_x_);
+        device.launch(kernel(device, "fft_columns_forward", size_.width, -1),
+                      {groups(size_.height / 2 + 1, width), count}, Grain::coarse, re, im, spectrum.re,
+                      spectrum.im, roots_x_, size_.width, size_.height, spectrum_pitch(size_.height),
+                      pitch_x_);
+    }
+
+    [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
+
+  private:
+    static cl::Kernel& kernel(Device::Impl& device, const char* name, int length, int sign) {
+        return device.kernel("fft", name, transform_parameters(device, length, sign));
+    }
+    [[nodiscard]] std::size_t mid_bytes(int planes) const {
+        return sizeof(float) * static_cast<std::size_t>(planes) *
+               static_cast<std::size_t>(size_.height / 2 + 1) * static_cast<std::size_t>(pitch_x_);
+    }
+
+    Size size_;
+    int pitch_x_;
+    Buffer roots_x_, roots_y_;
+};
+
+void check_clfft(clfftStatus status, const char* call, const Device::Impl& device) {
+    if (status != CLFFT_SUCCESS)
+        throw DeviceError(std::string("transform with clFFT on device '") + device.info().name + "'",
+                          std::string(call) + " failed with " + cl_error_name(static_cast<int>(status)),
+                          "report it with the size, or set DeviceOptions::fft to lanes");
+}
+
+/// clFFT keeps one table of plans a process; it is set up with the first plan and torn down at exit.
+void set_up_clfft(const Device::Impl& device) {
+    struct Library {
+        clfftStatus status = CLFFT_SUCCESS;
+        Library() {
+            clfftSetupData data;
+            status = clfftInitSetupData(&data);
+            if (status == CLFFT_SUCCESS) status = clfftSetup(&data);
+        }
+        ~Library() { clfftTeardown(); }
+    };
+    static const Library library;
+    check_clfft(library.status, "clfftSetup", device);
+}
+
+/// clFFT, half along its fastest axis: our ky. Its images come out column by column and are transposed.
+class ClFft : public Fft {
+  public:
+    ClFft(Device::Impl& device, Size size) : size_(size) { set_up_clfft(device); }
+    ~ClFft() override {
+        for (auto& [key, plan] : plans_) clfftDestroyPlan(&plan);
+    }
+    ClFft(const ClFft&) = delete;
+    ClFft& operator=(const ClFft&) = delete;
+
+    void inverse(Device::Impl& device, Spectrum& spectrum, Buffer& images, int planes) override {
+        Buffer columns = device.buffer(image_bytes(planes));
+        cl_mem in[2] = {spectrum.re.handle()(), spectrum.im.handle()()};
+        cl_mem out[1] = {columns.handle()()};
+        run(device, planes, CLFFT_BACKWARD, in, out, "clfft inverse");
+        device.launch(transpose(device),
+                      {groups(size_.width, 16), groups(size_.height, 16), static_cast<std::size_t>(planes)},
+                      Grain::coarse, columns, images, size_.height, size_.width);
+    }
+
+    void forward(Device::Impl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
+        Buffer columns = device.buffer(image_bytes(planes));
+        device.launch(transpose(device),
+                      {groups(size_.height, 16), groups(size_.width, 16), static_cast<std::size_t>(planes)},
+                      Grain::coarse, images, columns, size_.width, size_.height);
+        cl_mem in[1] = {columns.handle()()};
+        cl_mem out[2] = {spectrum.re.handle()(), spectrum.im.handle()()};
+        run(device, planes, CLFFT_FORWARD, in, out, "clfft forward");
+    }
+
+    [[nodiscard]] std::size_t scratch_bytes(int planes) const override {
+        return image_bytes(planes) + 2 * sizeof(float) * spectrum_floats(size_, planes);
+    }
+
+  private:
+    [[nodiscard]] std::size_t image_bytes(int planes) const {
+        return sizeof(float) * static_cast<std::size_t>(planes) * area(size_);
+    }
+    static cl::Kernel& transpose(Device::Impl& device) {
+        return device.kernel("fft", "transpose_planes", transform_parameters(device, 1, 1));
+    }
+
+    void run(Device::Impl& device, int planes, clfftDirection direction, cl_mem* in, cl_mem* out,
+             const char* label) {
+        clfftPlanHandle& handle = plan(device, planes, direction);
+        if (device.rehearsing()) return;
+        std::size_t bytes = 0;
+        check_clfft(clfftGetTmpBufSize(handle, &bytes), "clfftGetTmpBufSize", device);
+        Buffer room;
+        if (bytes > 0) room = device.buffer(bytes);
+        cl_command_queue queue = device.queue()();
+        cl::Event event;
+        const bool profile = device.options().profile;
+        check_clfft(
+            clfftEnqueueTransform(handle, direction, 1, &queue, 0, nullptr, profile ? &event() : nullptr, in,
+                                  out, room ? room.handle()() : nullptr),
+            "clfftEnqueueTransform", device);
+        device.record(label, event);
+    }
+
+    clfftPlanHandle& plan(Device::Impl& device, int planes, clfftDirection direction) {
+        const auto key = std::pair(planes, direction);
+        if (const auto found = plans_.find(key); found != plans_.end()) return found->second;
+        const std::size_t height = static_cast<std::size_t>(size_.height),
+                          width = static_cast<std::size_t>(size_.width);
+        const std::size_t lengths[2] = {height, width};
+        const auto pitch = static_cast<std::size_t>(spectrum_pitch(size_.height));
+        std::size_t half_strides[2] = {1, pitch}, real_strides[2] = {1, height};
+        clfftPlanHandle handle{};
+        check_clfft(clfftCreateDefaultPlan(&handle, device.context()(), CLFFT_2D, lengths),
+                    "clfftCreateDefaultPlan", device);
+        clfftPlanHandle& kept = plans_.emplace(key, handle).first->second;
+        const bool inverse = direction == CLFFT_BACKWARD;
+        const auto set = [&](clfftStatus status, const char* call) { check_clfft(status, call, device); };
+        set(clfftSetPlanPrecision(kept, CLFFT_SINGLE), "clfftSetPlanPrecision");
+        set(inverse ? clfftSetLayout(kept, CLFFT_HERMITIAN_PLANAR, CLFFT_REAL)
+                    : clfftSetLayout(kept, CLFFT_REAL, CLFFT_HERMITIAN_PLANAR),
+            "clfftSetLayout");
+        set(clfftSetResultLocation(kept, CLFFT_OUTOFPLACE), "clfftSetResultLocation");
+        set(clfftSetPlanInStride(kept, CLFFT_2D, inverse ? half_strides : real_strides),
+            "clfftSetPlanInStride");
+        set(clfftSetPlanOutStride(kept, CLFFT_2D, inverse ? real_strides : half_strides),
+            "clfftSetPlanOutStride");
+        set(clfftSetPlanDistance(kept, inverse ? pitch * width : height * width,
+                                 inverse ? height * width : pitch * width),
+            "clfftSetPlanDistance");
+        set(clfftSetPlanBatchSize(kept, static_cast<std::size_t>(planes)), "clfftSetPlanBatchSize");
+        set(clfftSetPlanScale(kept, direction, 1.0F), "clfftSetPlanScale");
+        cl_command_queue queue = device.queue()();
+        set(clfftBakePlan(kept, 1, &queue, nullptr, nullptr), "clfftBakePlan");
+        return kept;
+    }
+
+    Size size_;
+    std::map<std::pair<int, clfftDirection>, clfftPlanHandle> plans_;
+};
+
+}  // namespace
+
+int next_fft_size(int n) {
+    n = std::max(n, 1);
+    while (!transformable(n)) ++n;
+    return n;
+}
+
+FftPlans::FftPlans() = default;
+FftPlans::~FftPlans() = default;
+
+FftBackend FftPlans::resolve(const Device::Impl& device, Size size, FftBackend backend) {
+    // clFFT's real transforms need two rows and columns to work with.
+    if (size.height < 4 || size.width < 4) return FftBackend::lanes;
+    if (backend != FftBackend::automatic) return backend;
+    return device.is_cpu() ? FftBackend::lanes : FftBackend::clfft;
+}
+
+Fft& FftPlans::plan(Device::Impl& device, Size size, FftBackend backend) {
+    if (size.height < 1 || size.width < 1 || !transformable(size.height) || !transformable(size.width))
+        throw DeviceError(
+            "plan a " + std::to_string(size.width) + "x" + std::to_string(size.height) + " transform",
+            "a side is not a product of 2, 3, 5, 7, 11 and 13", "transform the next larger lattice that is");
+    const FftBackend resolved = resolve(device, size, backend);
+    std::unique_ptr<Fft>& entry = plans_[{size.height, size.width, resolved}];
+    if (!entry) {
+        if (resolved == FftBackend::lanes)
+            entry = std::make_unique<LaneFft>(device, size);
+        else
+            entry = std::make_unique<ClFft>(device, size);
+    }
+    return *entry;
+}
+
+}  // namespace btfield

@@ -1,0 +1,71 @@
+#pragma once
+
+/// \file
+/// Real 2D transforms on a device. Alone owns layout, scaling and batching of spectra.
+///
+/// Spectra are split complex and half over the row frequency: value (kx, ky) of plane p, 0 <= kx < W,
+/// 0 <= ky <= H/2, is at [(p·W + kx)·pitch + ky] of a plane of real and one of imaginary parts; images are
+/// [plane][row][column]. Neither direction scales:
+///     inverse: y(r) = Σ_t Y_t exp(+√−1 ω_t·r) over the whole Hermitian spectrum, forward: Y_t = Σ_r y(r)
+///     exp(−√−1 ω_t·r).
+
+#include <map>
+#include <memory>
+#include <tuple>
+
+#include "btfield/device.hpp"
+#include "btfield/image.hpp"
+#include "host/cl/buffer_pool.hpp"
+
+namespace btfield {
+
+/// Largest prime factor that both back ends transform.
+inline constexpr int fft_largest_prime = 13;
+
+/// Smallest n' >= n whose prime factors are all <= 13; n itself when it is one. This is the way around for
+/// other sizes: synthesise on the larger lattice and crop.
+[[nodiscard]] int next_fft_size(int n);
+
+/// ky rows are padded to a multiple of every vector width.
+[[nodiscard]] constexpr int spectrum_pitch(int height) {
+    return (height / 2 + 1 + 15) / 16 * 16;
+}
+
+/// Floats in one of the two parts of a spectrum of `planes` planes.
+[[nodiscard]] constexpr std::size_t spectrum_floats(Size size, int planes) {
+    return static_cast<std::size_t>(planes) * static_cast<std::size_t>(size.width) *
+           static_cast<std::size_t>(spectrum_pitch(size.height));
+}
+
+/// Split complex spectrum in device memory.
+struct Spectrum {
+    Buffer re, im;
+};
+
+/// One size, any number of planes up to the plan's batch.
+class Fft {
+  public:
+    virtual ~Fft() = default;
+    /// Spectrum → images. The spectrum's content is lost.
+    virtual void inverse(Device::Impl& device, Spectrum& spectrum, Buffer& images, int planes) = 0;
+    /// Images → spectrum; padding rows of ky are left undefined.
+    virtual void forward(Device::Impl& device, const Buffer& images, Spectrum& spectrum, int planes) = 0;
+    /// Bytes of device memory that a call with this many planes takes beside its arguments.
+    [[nodiscard]] virtual std::size_t scratch_bytes(int planes) const = 0;
+};
+
+/// Plans of one device, made when first asked for.
+class FftPlans {
+  public:
+    FftPlans();
+    ~FftPlans();
+    /// \throws DeviceError when a side has a prime factor over 13 (use next_fft_size first).
+    Fft& plan(Device::Impl& device, Size size, FftBackend backend);
+    /// The back end that `automatic` means for this device and size.
+    [[nodiscard]] static FftBackend resolve(const Device::Impl& device, Size size, FftBackend backend);
+
+  private:
+    std::map<std::tuple<int, int, FftBackend>, std::unique_ptr<Fft>> plans_;
+};
+
+}  // namespace btfield

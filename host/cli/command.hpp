@@ -1,0 +1,28 @@
+#pragma once
+
+/// \file
+/// What the subcommands share with main: each registers its options and, once the whole line is understood,
+/// its action.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <stdexcept>
+
+namespace btfield::cli {
+
+/// Set by the subcommand that was called; main runs it.
+using Action = std::function<void()>;
+
+/// Wrong usage that shows only when options are seen together (exit code 2).
+class UsageError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+void add_devices(CLI::App& app, Action& action);
+void add_fit(CLI::App& app, Action& action);
+void add_info(CLI::App& app, Action& action);
+void add_synth(CLI::App& app, Action& action);
+void add_compare(CLI::App& app, Action& action);
+
+}  // namespace btfield::cli

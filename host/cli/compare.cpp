@@ -1,0 +1,72 @@
+#include <memory>
+
+#include "btfield/criteria.hpp"
+#include "btfield/image_io.hpp"
+#include "host/cli/command.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/report.hpp"
+
+namespace btfield::cli {
+namespace {
+
+struct Options {
+    std::string a, b;
+    bool json = false;
+};
+
+void report_json(const Comparison& comparison) {
+    Json planes = Json::array();
+    for (const Comparison::Plane& plane : comparison.planes) {
+        Json entry;
+        entry["mean"] = Json::array({number(plane.mean[0]), number(plane.mean[1])});
+        entry["std"] = Json::array({number(plane.std[0]), number(plane.std[1])});
+        entry["std_ratio"] = number(plane.std_ratio);
+        planes.push_back(std::move(entry));
+    }
+    Json object;
+    object["planes"] = std::move(planes);
+    object["lag_covariance_error"] = number(comparison.lag_covariance_error);
+    object["spectral_covariance_error"] = number(comparison.spectral_covariance_error);
+    emit_json(object);
+}
+
+void report_text(const Comparison& comparison) {
+    std::vector<std::vector<std::string>> rows{{"plane", "mean A", "mean B", "std A", "std B", "std B/A"}};
+    for (std::size_t i = 0; i < comparison.planes.size(); ++i) {
+        const Comparison::Plane& plane = comparison.planes[i];
+        rows.push_back({std::to_string(i), number_text(plane.mean[0]), number_text(plane.mean[1]),
+                        number_text(plane.std[0]), number_text(plane.std[1]), number_text(plane.std_ratio)});
+    }
+    emit_text(table(rows, "r") + "lag covariance error " + number_text(comparison.lag_covariance_error) +
+              ", spectral covariance error " + number_text(comparison.spectral_covariance_error) +
+              " of A's\n");
+}
+
+void run(const Options& options) {
+    const Image a = read_picture(options.a).image;
+    const Image b = read_picture(options.b).image;
+    const Comparison comparison = compare(a, b);
+    if (options.json) {
+        report_json(comparison);
+    } else {
+        report_text(comparison);
+    }
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Action& action) {
+    CLI::App* command =
+        app.add_subcommand("compare", "hold the statistics of a picture against those of another");
+    const auto options = std::make_shared<Options>();
+    command->add_option("A", options->a, "reference picture")->required()->type_name("");
+    command->add_option("B", options->b, "picture to judge; its size may differ")->required()->type_name("");
+    add_json(*command, options->json);
+    command->footer(
+        "Examples:\n"
+        "  btfield compare cork.png cork-4x.png\n"
+        "  btfield compare cork.png cork-4x.png --json");
+    command->callback([options, &action] { action = [options] { run(*options); }; });
+}
+
+}  // namespace btfield::cli

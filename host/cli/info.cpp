@@ -1,0 +1,62 @@
+#include <filesystem>
+#include <memory>
+
+#include "btfield/error.hpp"
+#include "btfield/model_file.hpp"
+#include "host/cli/command.hpp"
+#include "host/cli/model_report.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/report.hpp"
+
+namespace btfield::cli {
+namespace {
+
+struct Options {
+    std::string model;
+    bool json = false;
+};
+
+std::uintmax_t file_bytes(const std::filesystem::path& path) {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+    return error ? 0 : bytes;  // a pipe has no size
+}
+
+void run(const Options& options) {
+    const TextureModel model = read_model(options.model);
+    const std::uintmax_t bytes = file_bytes(options.model);
+    if (options.json) {
+        Json object = model_json(model, options.model, bytes);
+        Json means = Json::array();
+        for (const double mean : model.mean) means.push_back(number(mean));
+        object["mean"] = std::move(means);
+        object["software"] = model.provenance.software;
+        object["picture_bytes"] = model.provenance.picture_bytes;
+        object["reasons"] = Json::array();  // every estimator of this version is the one that was asked for
+        emit_json(object);
+        return;
+    }
+    std::string text = model_text(model, bytes);
+    text += "mean";
+    for (const double mean : model.mean) text += " " + number_text(mean);
+    text += "\nwritten by " + model.provenance.software + "\n";
+    if (!is_valid(model))
+        text += "synth refuses this model: the certificate fails at " + uncertified_levels(model) + "\n";
+    emit_text(text);
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("info", "show what a model file holds");
+    const auto options = std::make_shared<Options>();
+    command->add_option("MODEL", options->model, "model file")->required()->type_name("");
+    add_json(*command, options->json);
+    command->footer(
+        "Examples:\n"
+        "  btfield info cork.json\n"
+        "  btfield info cork.btfm --json");
+    command->callback([options, &action] { action = [options] { run(*options); }; });
+}
+
+}  // namespace btfield::cli

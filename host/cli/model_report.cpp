@@ -1,0 +1,110 @@
+#include "host/cli/model_report.hpp"
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace btfield::cli {
+namespace {
+
+Json level_json(const LevelModel& level) {
+    const LinearField& field = linear_field(level.model);
+    Json ratios = Json::array();
+    for (const double ratio : level.certificate.variance_ratio) ratios.push_back(number(ratio));
+    Json certificate;
+    certificate["valid"] = level.certificate.valid;
+    certificate["min_singular"] = number(level.certificate.min_singular);
+    certificate["variance_ratio"] = std::move(ratios);
+    certificate["zeros"] = level.certificate.zeros;
+    Json object;
+    object["size"] = size_json(level.size);
+    object["offsets"] = field.offsets.size();
+    object["neighbourhood"] = name(field.kind);
+    object["estimator"] = name(level.estimator);
+    object["gain"] = number(level.gain);
+    object["certificate"] = std::move(certificate);
+    object["log_likelihood"] = number(level.log_likelihood);
+    object["iterations"] = level.iterations;
+    return object;
+}
+
+/// NaN where nobody knows how large the picture was.
+double compression_ratio(const TextureModel& model, std::uintmax_t bytes) {
+    if (model.provenance.picture_bytes == 0) return std::numeric_limits<double>::quiet_NaN();
+    return static_cast<double>(model.provenance.picture_bytes) / static_cast<double>(bytes);
+}
+
+std::string ratios_text(const std::vector<double>& ratios) {
+    constexpr std::size_t most = 6;  // spectral pictures have dozens of planes
+    std::string text;
+    for (std::size_t i = 0; i < ratios.size() && i < most; ++i)
+        text += (i > 0 ? " " : "") + number_text(ratios[i]);
+    return ratios.size() > most ? text + " ..." : text;
+}
+
+}  // namespace
+
+Json model_json(const TextureModel& model, const std::filesystem::path& path, std::uintmax_t bytes) {
+    Json levels = Json::array();
+    for (const LevelModel& level : model.levels) levels.push_back(level_json(level));
+    Json object;
+    object["model"] = name(model.kind);
+    object["output"] = path.string();
+    object["source"] = model.provenance.source;
+    object["planes"] = model.planes;
+    object["size"] = size_json(model.size);
+    object["colour_space"] = name(model.space);
+    object["factor"] = model.factor;
+    object["noise"] = name(model.noise);
+    object["marginals"] = "none";
+    object["valid"] = is_valid(model);
+    object["levels"] = std::move(levels);
+    object["parameters"] = parameter_count(model);
+    object["bytes"] = bytes;
+    object["compression_ratio"] = number(compression_ratio(model, bytes));
+    return object;
+}
+
+std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
+    std::string text = model.provenance.source + ": " + size_text(model.size) + " pixels, " +
+                       std::to_string(model.planes) + (model.planes == 1 ? " plane" : " planes") + " of " +
+                       std::string(name(model.provenance.type));
+    if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
+    text += "\n" + std::string(name(model.kind)) + ", " + std::to_string(model.levels.size()) +
+            (model.levels.size() == 1 ? " level" : " levels by factor " + std::to_string(model.factor)) +
+            ", " + std::string(name(model.noise)) + " noise covariance\n";
+
+    std::vector<std::vector<std::string>> rows{{"level", "size", "offsets", "neighbourhood", "estimator",
+                                                "gain", "certificate", "min singular", "zeros",
+                                                "log-likelihood", "model/data variance"}};
+    for (std::size_t k = 0; k < model.levels.size(); ++k) {
+        const LevelModel& level = model.levels[k];
+        const LinearField& field = linear_field(level.model);
+        rows.push_back({std::to_string(k), size_text(level.size), std::to_string(field.offsets.size()),
+                        std::string(name(field.kind)), std::string(name(level.estimator)),
+                        number_text(level.gain), level.certificate.valid ? "valid" : "FAILS",
+                        number_text(level.certificate.min_singular), std::to_string(level.certificate.zeros),
+                        number_text(level.log_likelihood), ratios_text(level.certificate.variance_ratio)});
+    }
+    text += table(rows, "rrrllrlrrrl");
+    text += std::to_string(parameter_count(model)) + " parameters in " + std::to_string(bytes) + " bytes";
+    if (model.provenance.picture_bytes > 0) {
+        text += ", compression ratio " + number_text(compression_ratio(model, bytes)) + " against " +
+                std::to_string(model.provenance.picture_bytes) + " bytes of pixels";
+    }
+    return text + "\n";
+}
+
+std::string uncertified_levels(const TextureModel& model) {
+    std::string text;
+    for (std::size_t k = 0; k < model.levels.size(); ++k) {
+        const Certificate& certificate = model.levels[k].certificate;
+        if (certificate.valid) continue;
+        text += (text.empty() ? "level " : ", level ") + std::to_string(k);
+        text += certificate.zeros > 0 ? " (" + std::to_string(certificate.zeros) + " zeros)"
+                                      : " (unstable variance)";
+    }
+    return text;
+}
+
+}  // namespace btfield::cli

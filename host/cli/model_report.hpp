@@ -1,0 +1,27 @@
+#pragma once
+
+/// \file
+/// A model as `fit` and `info` show it.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "btfield/models.hpp"
+#include "host/cli/report.hpp"
+
+namespace btfield::cli {
+
+/// The JSON object that CLI.md promises for `fit` and `info`, without `seconds` and `reasons`.
+/// \param bytes size of the model file
+[[nodiscard]] Json model_json(const TextureModel& model, const std::filesystem::path& path,
+                              std::uintmax_t bytes);
+
+/// The same for people: picture, model, one line per level, size.
+[[nodiscard]] std::string model_text(const TextureModel& model, std::uintmax_t bytes);
+
+/// Levels whose certificate fails, as "level 1 (12 zeros), level 3 (unstable variance)"; empty when all
+/// certify.
+[[nodiscard]] std::string uncertified_levels(const TextureModel& model);
+
+}  // namespace btfield::cli

@@ -1,0 +1,124 @@
+#include "host/cli/options.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <limits>
+#include <system_error>
+
+namespace btfield::cli {
+namespace {
+
+constexpr std::uint64_t largest_side = std::numeric_limits<int>::max();
+
+/// The parts between the separators, as numbers; nothing when there are not exactly N of them or one is out
+/// of range.
+template <std::size_t N>
+std::optional<std::array<int, N>> parse_numbers(const std::string& text, char separator,
+                                                const std::array<std::uint64_t, N>& lowest) {
+    std::array<int, N> numbers{};
+    std::size_t start = 0;
+    for (std::size_t i = 0; i < N; ++i) {
+        const std::size_t end = i + 1 < N ? text.find(separator, start) : text.size();
+        if (end == std::string::npos) return std::nullopt;
+        const auto number = parse_number(text.substr(start, end - start), lowest[i], largest_side);
+        if (!number) return std::nullopt;
+        numbers[i] = static_cast<int>(*number);
+        start = end + 1;
+    }
+    return numbers;
+}
+
+template <typename Value, typename Parse>
+CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& value, const std::string& help,
+                        Parse parse, const std::string& expected) {
+    const auto read = [name, &value, parse, expected](const std::string& text) {
+        const auto parsed = parse(text);
+        if (!parsed) throw CLI::ValidationError(name, "'" + text + "' is not " + expected);
+        value = *parsed;
+    };
+    return app.add_option_function<std::string>(name, read, help);
+}
+
+template <typename Value>
+CLI::Option* add_int_to(CLI::App& app, const std::string& name, Value& value, int lowest, int highest,
+                        const std::string& help) {
+    const auto parse = [lowest, highest](const std::string& text) -> std::optional<int> {
+        const auto number =
+            parse_number(text, static_cast<std::uint64_t>(lowest), static_cast<std::uint64_t>(highest));
+        if (!number) return std::nullopt;
+        return static_cast<int>(*number);
+    };
+    return add_parsed(app, name, value, help, parse,
+                      "a whole number from " + std::to_string(lowest) + " to " + std::to_string(highest))
+        ->type_name("N");
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t lowest,
+                                          std::uint64_t highest) {
+    std::uint64_t number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, number);
+    if (error != std::errc{} || stop != end || number < lowest || number > highest) return std::nullopt;
+    return number;
+}
+
+std::optional<Size> parse_size(const std::string& text) {
+    const auto numbers = parse_numbers<2>(text, 'x', {1, 1});
+    if (!numbers) return std::nullopt;
+    return Size{(*numbers)[1], (*numbers)[0]};
+}
+
+std::optional<Crop> parse_crop(const std::string& text) {
+    const auto numbers = parse_numbers<4>(text, ',', {0, 0, 1, 1});
+    if (!numbers) return std::nullopt;
+    return Crop{(*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]};
+}
+
+CLI::Option* add_int(CLI::App& app, const std::string& name, int& value, int lowest, int highest,
+                     const std::string& help) {
+    return add_int_to(app, name, value, lowest, highest, help);
+}
+
+CLI::Option* add_int(CLI::App& app, const std::string& name, std::optional<int>& value, int lowest,
+                     int highest, const std::string& help) {
+    return add_int_to(app, name, value, lowest, highest, help);
+}
+
+CLI::Option* add_uint64(CLI::App& app, const std::string& name, std::uint64_t& value,
+                        const std::string& help) {
+    const auto parse = [](const std::string& text) {
+        return parse_number(text, 0, std::numeric_limits<std::uint64_t>::max());
+    };
+    return add_parsed(app, name, value, help, parse, "a whole number from 0 to 18446744073709551615")
+        ->type_name("N");
+}
+
+CLI::Option* add_size(CLI::App& app, const std::string& name, std::optional<Size>& value,
+                      const std::string& help) {
+    return add_parsed(app, name, value, help, parse_size,
+                      "WIDTHxHEIGHT, such as 512x256, with sides from 1 to " + std::to_string(largest_side))
+        ->type_name("WxH");
+}
+
+CLI::Option* add_crop(CLI::App& app, const std::string& name, std::optional<Crop>& value,
+                      const std::string& help) {
+    return add_parsed(app, name, value, help, parse_crop,
+                      "X,Y,WIDTH,HEIGHT in whole pixels, such as 0,0,256,256")
+        ->type_name("X,Y,W,H");
+}
+
+CLI::Option* add_device(CLI::App& app, std::string& spec) {
+    return app
+        .add_option("--device", spec,
+                    "auto, cpu, gpu, PLATFORM:DEVICE or part of a name (default: $BTFIELD_DEVICE, else auto)")
+        ->type_name("SPEC");
+}
+
+CLI::Option* add_json(CLI::App& app, bool& json) {
+    return app.add_flag("--json", json, "print one JSON object instead of plain text");
+}
+
+}  // namespace btfield::cli

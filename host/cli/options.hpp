@@ -1,0 +1,62 @@
+#pragma once
+
+/// \file
+/// Options whose values are read strictly: the whole text must be the value, in decimal, in range.
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "btfield/image_io.hpp"
+
+namespace btfield::cli {
+
+/// The whole text as a decimal number in [lowest, highest]; nothing for any other text.
+[[nodiscard]] std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t lowest,
+                                                        std::uint64_t highest);
+
+/// "512x256", width first.
+[[nodiscard]] std::optional<Size> parse_size(const std::string& text);
+
+/// "X,Y,W,H".
+[[nodiscard]] std::optional<Crop> parse_crop(const std::string& text);
+
+CLI::Option* add_int(CLI::App& app, const std::string& name, int& value, int lowest, int highest,
+                     const std::string& help);
+/// As add_int, and says whether the option was there.
+CLI::Option* add_int(CLI::App& app, const std::string& name, std::optional<int>& value, int lowest,
+                     int highest, const std::string& help);
+CLI::Option* add_uint64(CLI::App& app, const std::string& name, std::uint64_t& value,
+                        const std::string& help);
+CLI::Option* add_size(CLI::App& app, const std::string& name, std::optional<Size>& value,
+                      const std::string& help);
+CLI::Option* add_crop(CLI::App& app, const std::string& name, std::optional<Crop>& value,
+                      const std::string& help);
+CLI::Option* add_device(CLI::App& app, std::string& spec);
+CLI::Option* add_json(CLI::App& app, bool& json);
+
+/// One of a few words.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
+                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& help) {
+    std::string words, separator;
+    for (const auto& choice : choices) {
+        words += separator + choice.first;
+        separator = "|";
+    }
+    const auto read = [name, &value, choices, words](const std::string& text) {
+        for (const auto& choice : choices) {
+            if (choice.first == text) {
+                value = choice.second;
+                return;
+            }
+        }
+        throw CLI::ValidationError(name, "'" + text + "' is none of " + words);
+    };
+    return app.add_option_function<std::string>(name, read, help)->type_name(words);
+}
+
+}  // namespace btfield::cli

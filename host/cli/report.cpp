@@ -1,0 +1,109 @@
+#include "host/cli/report.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <system_error>
+
+#include "btfield/error.hpp"
+
+namespace btfield::cli {
+namespace {
+
+template <typename... Arguments>
+std::string formatted(const char* format, Arguments... arguments) {
+    std::array<char, 64> buffer{};
+    const int length = std::snprintf(buffer.data(), buffer.size(), format, arguments...);
+    return {buffer.data(), static_cast<std::size_t>(std::clamp(length, 0, 63))};
+}
+
+/// Code points, which is what most scripts of names show as columns.
+std::size_t columns(std::string_view text) {
+    return static_cast<std::size_t>(std::count_if(
+        text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
+}  // namespace
+
+void emit_text(std::string_view text) {
+    errno = 0;
+    const bool written =
+        std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+    if (!written) {
+        throw InputError("print the result", "standard output: " + std::generic_category().message(errno),
+                         "give the command an output that stays open");
+    }
+}
+
+void emit_json(const Json& object) {
+    emit_text(object.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void warn(const std::string& text) {
+    const char* const clear_bar = ::isatty(STDERR_FILENO) == 1 ? "\r\x1b[K" : "";
+    std::fprintf(stderr, "%sbtfield: warning: %s\n", clear_bar, text.c_str());
+}
+
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json size_json(Size size) {
+    return Json::array({size.width, size.height});
+}
+
+std::string size_text(Size size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+std::string number_text(double value) {
+    return std::isfinite(value) ? formatted("%.4g", value) : "-";
+}
+
+std::string seconds_text(double seconds) {
+    return formatted("%.3f s", seconds);
+}
+
+std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view alignment) {
+    std::vector<std::size_t> widths;
+    for (const auto& row : rows) {
+        widths.resize(std::max(widths.size(), row.size()));
+        for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], columns(row[i]));
+    }
+    std::string text;
+    for (const auto& row : rows) {
+        std::string line;
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            const std::string padding(widths[i] - columns(row[i]), ' ');
+            const bool left = alignment[std::min(i, alignment.size() - 1)] == 'l';
+            if (i > 0) line += "  ";
+            line += left ? row[i] + padding : padding + row[i];
+        }
+        line.erase(line.find_last_not_of(' ') + 1);
+        text += line + '\n';
+    }
+    return text;
+}
+
+Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+Progress::~Progress() {
+    if (shown_) std::fputs("\r\x1b[K", stderr);
+}
+
+void Progress::show(double fraction, std::string_view what) {
+    if (!terminal_) return;
+    constexpr int width = 30;
+    const int full = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * width);
+    const std::string bar(static_cast<std::size_t>(full), '#');
+    const int shown = static_cast<int>(std::min<std::size_t>(what.size(), 40));
+    std::fprintf(stderr, "\r\x1b[K[%-*s] %.*s", width, bar.c_str(), shown, what.data());
+    std::fflush(stderr);
+    shown_ = true;
+}
+
+}  // namespace btfield::cli

@@ -1,0 +1,67 @@
+#pragma once
+
+/// \file
+/// What goes to standard output and standard error.
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "btfield/image.hpp"
+
+namespace btfield::cli {
+
+/// Keeps the order in which keys are set.
+using Json = nlohmann::ordered_json;
+
+/// Writes the text to standard output and makes sure that it got there. \throws InputError when it did not.
+void emit_text(std::string_view text);
+/// The object as one line of standard output.
+void emit_json(const Json& object);
+
+/// "btfield: warning: ..." on standard error.
+void warn(const std::string& text);
+
+/// NaN and infinity are null.
+[[nodiscard]] Json number(double value);
+/// [width, height].
+[[nodiscard]] Json size_json(Size size);
+/// "512 x 256", width first.
+[[nodiscard]] std::string size_text(Size size);
+/// Four significant digits; "-" for what is not a number.
+[[nodiscard]] std::string number_text(double value);
+[[nodiscard]] std::string seconds_text(double seconds);
+
+/// Columns as wide as their widest cell; the first row is the heading.
+/// \param alignment 'l' or 'r' per column; the last letter holds for all columns that follow
+[[nodiscard]] std::string table(const std::vector<std::vector<std::string>>& rows,
+                                std::string_view alignment);
+
+class Stopwatch {
+  public:
+    [[nodiscard]] double seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// A bar on standard error while work goes on, when that is a terminal; nothing otherwise. Gone at the end.
+class Progress {
+  public:
+    Progress();
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    /// \param fraction of the work that is done, 0 to 1
+    void show(double fraction, std::string_view what);
+
+  private:
+    bool terminal_;
+    bool shown_ = false;
+};
+
+}  // namespace btfield::cli

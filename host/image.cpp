@@ -1,0 +1,76 @@
+#include "btfield/image.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <string>
+
+#include "btfield/error.hpp"
+
+namespace btfield {
+namespace {
+
+constexpr std::array<std::string_view, 4> space_names{"unspecified", "srgb", "linear", "xyz"};
+
+std::string text(Size s) {
+    return std::to_string(s.width) + "x" + std::to_string(s.height);
+}
+
+/// height · width · planes; checked factor by factor, so that no product wraps.
+std::size_t checked_values(Size size, int planes) {
+    const std::string asked =
+        "make a picture of " + text(size) + " pixels and " + std::to_string(planes) + " planes";
+    if (size.height < 1 || size.width < 1) {
+        throw InputError(asked, "a side is less than 1", "give a positive width and height");
+    }
+    if (planes < 1) throw InputError(asked, "there is no plane", "give at least one plane");
+    constexpr auto most =
+        static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max()) / sizeof(float);
+    if (area(size) > most / static_cast<std::size_t>(planes)) {
+        throw InputError(asked, "that is more than memory can address", "ask for a smaller picture");
+    }
+    return area(size) * static_cast<std::size_t>(planes);
+}
+
+}  // namespace
+
+std::string_view name(ColourSpace space) {
+    return space_names.at(static_cast<std::size_t>(space));
+}
+
+ColourSpace colour_space(std::string_view name) {
+    const auto* const found = std::find(space_names.begin(), space_names.end(), name);
+    if (found == space_names.end()) {
+        throw InputError("find a colour space", "'" + std::string(name) + "' is not known",
+                         "use unspecified, srgb, linear or xyz");
+    }
+    return static_cast<ColourSpace>(found - space_names.begin());
+}
+
+Image::Image(Size size, int planes, ColourSpace space)
+    : size_(size), planes_(planes), space_(space), values_(checked_values(size, planes)) {}
+
+Image Image::crop(int row, int column, Size size) const {
+    // Differences of non-negative ints: nothing here can overflow.
+    const bool inside = row >= 0 && column >= 0 && size.height > 0 && size.width > 0 && row < size_.height &&
+                        column < size_.width && size.height <= size_.height - row &&
+                        size.width <= size_.width - column;
+    if (!inside) {
+        throw InputError("crop " + text(size) + " pixels at column " + std::to_string(column) + ", row " +
+                             std::to_string(row),
+                         "the picture has " + text(size_) + " pixels",
+                         "give a rectangle of at least one pixel inside the picture");
+    }
+    Image part(size, planes_, space_);
+    const auto width = static_cast<std::size_t>(size.width);
+    for (int p = 0; p < planes_; ++p) {
+        for (int r = 0; r < size.height; ++r) {
+            const auto from = plane(p).subspan(index(0, row + r, column), width);
+            std::copy(from.begin(), from.end(),
+                      part.plane(p).begin() + static_cast<std::ptrdiff_t>(part.index(0, r, 0)));
+        }
+    }
+    return part;
+}
+
+}  // namespace btfield

@@ -1,0 +1,303 @@
+#include "btfield/models.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "btfield/error.hpp"
+
+namespace btfield {
+namespace {
+
+template <typename Enum, std::size_t N>
+using Names = std::array<std::pair<Enum, std::string_view>, N>;
+
+constexpr Names<ModelKind, 2> model_kinds{{{ModelKind::car3d, "3d-car"}, {ModelKind::msar3d, "3d-msar"}}};
+constexpr Names<Estimator, 1> estimators{{{Estimator::least_squares, "ls"}}};
+constexpr Names<NoiseForm, 2> noise_forms{{{NoiseForm::full, "full"}, {NoiseForm::diagonal, "diagonal"}}};
+
+template <typename Enum, std::size_t N>
+std::string_view name_in(const Names<Enum, N>& names, Enum value, const char* what) {
+    for (const auto& [candidate, text] : names) {
+        if (candidate == value) return text;
+    }
+    throw InputError(std::string("name a ") + what, "there is none of this value",
+                     "use one of the declared values");
+}
+
+template <typename Enum, std::size_t N>
+Enum value_in(const Names<Enum, N>& names, std::string_view text, const char* what) {
+    std::string known;
+    for (const auto& [value, candidate] : names) {
+        if (candidate == text) return value;
+        known += known.empty() ? "" : ", ";
+        known += candidate;
+    }
+    throw InputError(std::string("find the ") + what + " '" + std::string(text) + "'", "it is not known",
+                     "use " + known);
+}
+
+[[noreturn]] void refuse(const std::string& found, const std::string& remedy = "fit the model again") {
+    throw InputError("use the model", found, remedy);
+}
+
+/// Offsets and their differences must stay far from the ends of int, and phases exact in double.
+constexpr int largest_offset = 32767;
+
+std::string text_of(Offset s) {
+    return "(" + std::to_string(s.row) + ", " + std::to_string(s.column) + ")";
+}
+
+std::string text_of(Size s) {
+    return std::to_string(s.width) + " x " + std::to_string(s.height);
+}
+
+int ceil_divided(int value, int divisor) {
+    return value / divisor + (value % divisor != 0 ? 1 : 0);
+}
+
+/// a * b, refused rather than wrapped.
+std::size_t product(std::size_t a, std::size_t b, const std::string& where) {
+    if (b != 0 && a > std::numeric_limits<std::size_t>::max() / b) refuse(where + "the sizes overflow");
+    return a * b;
+}
+
+constexpr bool precedes(Offset s) {
+    return s.row < 0 || (s.row == 0 && s.column < 0);
+}
+
+void check_kind(const LinearField& field, const std::set<Offset>& present, const std::string& where) {
+    for (const Offset s : field.offsets) {
+        bool fits = true;
+        switch (field.kind) {
+            case NeighbourhoodKind::symmetric:
+                fits = present.count(-s) == 1;
+                break;
+            case NeighbourhoodKind::half:
+                fits = precedes(-s);
+                break;
+            case NeighbourhoodKind::causal:
+                fits = precedes(s);
+                break;
+            case NeighbourhoodKind::unilateral:
+                fits = s.row <= 0 && s.column <= 0;
+                break;
+            case NeighbourhoodKind::custom:
+                break;
+        }
+        if (!fits) {
+            refuse(where + "offset " + text_of(s) + " does not belong to a " + std::string(name(field.kind)) +
+                   " neighbourhood");
+        }
+    }
+}
+
+void check_offsets(const LinearField& field, bool causal_only, const std::string& where) {
+    std::set<Offset> present;
+    for (const Offset s : field.offsets) {
+        if (s.row < -largest_offset || s.row > largest_offset || s.column < -largest_offset ||
+            s.column > largest_offset) {
+            refuse(where + "offset " + text_of(s) + " is farther than " + std::to_string(largest_offset));
+        }
+        if (s == Offset{}) refuse(where + "the centre (0, 0) is among the offsets");
+        if (!present.insert(s).second) refuse(where + "offset " + text_of(s) + " is there twice");
+        if (causal_only && !precedes(s)) {
+            refuse(where + "offset " + text_of(s) +
+                   " does not precede the centre in raster order, as CAR needs");
+        }
+    }
+    check_kind(field, present, where);
+}
+
+void check_coefficients(const LinearField& field, const std::string& where) {
+    const auto d = static_cast<std::size_t>(field.planes);
+    const std::size_t expected = product(product(d, d, where), field.offsets.size(), where);
+    if (field.coefficients.size() != expected) {
+        refuse(where + std::to_string(field.coefficients.size()) + " coefficients instead of " +
+               std::to_string(expected));
+    }
+    if (!field.active.empty() && field.active.size() != expected) {
+        refuse(where + std::to_string(field.active.size()) + " entries in 'active' instead of none or " +
+               std::to_string(expected));
+    }
+    for (std::size_t i = 0; i < expected; ++i) {
+        const double a = field.coefficients[i];
+        if (!std::isfinite(a)) refuse(where + "coefficient " + std::to_string(i) + " is not finite");
+        if (field.active.empty()) continue;
+        if (field.active[i] > 1)
+            refuse(where + "entry " + std::to_string(i) + " of 'active' is neither 0 nor 1");
+        if (field.active[i] == 0 && a != 0.0) {
+            refuse(where + "coefficient " + std::to_string(i) +
+                   " is not 0 although 'active' says that it is absent");
+        }
+    }
+}
+
+/// Positive definite when every pivot of the Cholesky factorisation is positive in float64.
+bool positive_definite(const std::vector<double>& matrix, std::size_t d) {
+    std::vector<double> factor(matrix.size(), 0.0);
+    for (std::size_t j = 0; j < d; ++j) {
+        for (std::size_t i = j; i < d; ++i) {
+            double sum = matrix[i * d + j];
+            for (std::size_t k = 0; k < j; ++k) sum -= factor[i * d + k] * factor[j * d + k];
+            if (i == j) {
+                if (!(sum > 0.0) || !std::isfinite(sum)) return false;
+                factor[j * d + j] = std::sqrt(sum);
+            } else {
+                factor[i * d + j] = sum / factor[j * d + j];
+            }
+        }
+    }
+    return true;
+}
+
+void check_noise(const LinearField& field, NoiseForm form, const std::string& where) {
+    const auto d = static_cast<std::size_t>(field.planes);
+    const std::vector<double>& sigma = field.noise_covariance;
+    const std::size_t expected = product(d, d, where);
+    if (sigma.size() != expected) {
+        refuse(where + "the noise covariance has " + std::to_string(sigma.size()) + " entries instead of " +
+               std::to_string(expected));
+    }
+    for (const double value : sigma) {
+        if (!std::isfinite(value)) refuse(where + "the noise covariance is not finite");
+    }
+    // Two sums of the same terms in another order differ by a few roundings of the terms, which the diagonal
+    // bounds.
+    constexpr double rounding = 1e3 * std::numeric_limits<double>::epsilon();
+    for (std::size_t i = 0; i < d; ++i) {
+        if (!(sigma[i * d + i] > 0.0))
+            refuse(where + "the noise variance of plane " + std::to_string(i) + " is not positive");
+        for (std::size_t j = 0; j < i; ++j) {
+            const double scale = std::sqrt(sigma[i * d + i]) * std::sqrt(sigma[j * d + j]);
+            if (!(std::abs(sigma[i * d + j] - sigma[j * d + i]) <= rounding * scale)) {
+                refuse(where + "the noise covariance is not symmetric");
+            }
+            if (form == NoiseForm::diagonal && (sigma[i * d + j] != 0.0 || sigma[j * d + i] != 0.0)) {
+                refuse(where + "the noise covariance is not diagonal, as the model's noise form says");
+            }
+        }
+    }
+    if (!positive_definite(sigma, d)) refuse(where + "the noise covariance is not positive definite");
+}
+
+void check_certificate(const LevelModel& level, int planes, const std::string& where) {
+    const Certificate& c = level.certificate;
+    if (!c.variance_ratio.empty() && c.variance_ratio.size() != static_cast<std::size_t>(planes)) {
+        refuse(where + "the certificate has " + std::to_string(c.variance_ratio.size()) +
+               " variance ratios instead of " + std::to_string(planes));
+    }
+    if (c.zeros < 0) refuse(where + "the certificate counts " + std::to_string(c.zeros) + " zeros");
+    if (!c.valid) return;
+    if (!std::isfinite(c.min_singular) || c.min_singular < 0.0) {
+        refuse(where + "the certificate's smallest singular value is not a finite number >= 0");
+    }
+    for (const double ratio : c.variance_ratio) {
+        if (!std::isfinite(ratio) || ratio < 0.0) {
+            refuse(where + "a variance ratio of a valid certificate is not a finite number >= 0");
+        }
+    }
+    if (!std::isfinite(level.log_likelihood)) refuse(where + "the log-likelihood is not finite");
+}
+
+void check_level(const TextureModel& model, const LevelModel& level, Size size, const std::string& where) {
+    if (level.size != size) {
+        refuse(where + "its size is " + text_of(level.size) + " instead of " + text_of(size) +
+               ", which the pyramid of " + text_of(model.size) + " by factor " +
+               std::to_string(model.factor) + " has");
+    }
+    const bool car = std::holds_alternative<CarModel>(level.model);
+    if (car != (model.kind == ModelKind::car3d)) {
+        refuse(where + "it is not a " + std::string(name(model.kind)) + " as the model is");
+    }
+    const LinearField& field = linear_field(level.model);
+    if (field.planes != model.planes) {
+        refuse(where + std::to_string(field.planes) + " planes instead of " + std::to_string(model.planes));
+    }
+    check_offsets(field, car, where);
+    check_coefficients(field, where);
+    check_noise(field, model.noise, where);
+    if (!std::isfinite(level.gain) || level.gain < 0.0)
+        refuse(where + "its gain is not a finite number >= 0");
+    if (level.iterations < 0) refuse(where + "its number of iterations is negative");
+    check_certificate(level, model.planes, where);
+}
+
+}  // namespace
+
+std::string_view name(ModelKind kind) {
+    return name_in(model_kinds, kind, "model");
+}
+
+ModelKind model_kind(std::string_view name) {
+    return value_in(model_kinds, name, "model");
+}
+
+std::string_view name(Estimator estimator) {
+    return name_in(estimators, estimator, "estimator");
+}
+
+Estimator estimator(std::string_view name) {
+    return value_in(estimators, name, "estimator");
+}
+
+std::string_view name(NoiseForm form) {
+    return name_in(noise_forms, form, "noise form");
+}
+
+NoiseForm noise_form(std::string_view name) {
+    return value_in(noise_forms, name, "noise form");
+}
+
+const LinearField& linear_field(const Model& model) {
+    return std::visit([](const auto& m) -> const LinearField& { return m; }, model);
+}
+
+std::size_t parameter_count(const TextureModel& model) {
+    const auto d = static_cast<std::size_t>(model.planes);
+    const std::size_t noise = model.noise == NoiseForm::full ? d * (d + 1) / 2 : d;
+    std::size_t count = model.mean.size();
+    for (const LevelModel& level : model.levels) {
+        const LinearField& field = linear_field(level.model);
+        std::size_t coefficients = field.coefficients.size();
+        for (const std::uint8_t present : field.active) coefficients -= present == 0 ? 1 : 0;
+        count += coefficients + noise + 1;  // 1: the gain
+    }
+    return count;
+}
+
+bool is_valid(const TextureModel& model) {
+    for (const LevelModel& level : model.levels) {
+        if (!level.certificate.valid) return false;
+    }
+    return true;
+}
+
+void check(const TextureModel& model) {
+    if (model.planes < 1) refuse("it has " + std::to_string(model.planes) + " planes");
+    if (model.size.height < 1 || model.size.width < 1) refuse("its picture size is " + text_of(model.size));
+    const auto largest = static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max()) / sizeof(float);
+    if (area(model.size) > largest / static_cast<std::size_t>(model.planes)) {
+        refuse("a picture of " + text_of(model.size) + " with " + std::to_string(model.planes) +
+               " planes has more values than memory has addresses");
+    }
+    if (model.factor < 2) refuse("its pyramid factor is " + std::to_string(model.factor) + ", less than 2");
+    if (model.mean.size() != static_cast<std::size_t>(model.planes)) {
+        refuse(std::to_string(model.mean.size()) + " means for " + std::to_string(model.planes) + " planes");
+    }
+    for (const double value : model.mean) {
+        if (!std::isfinite(value)) refuse("a mean is not finite");
+    }
+    if (model.levels.empty()) refuse("it has no level");
+    Size size = model.size;
+    for (std::size_t k = 0; k < model.levels.size(); ++k) {
+        check_level(model, model.levels[k], size, "level " + std::to_string(k) + ": ");
+        size = {ceil_divided(size.height, model.factor), ceil_divided(size.width, model.factor)};
+    }
+}
+
+}  // namespace btfield

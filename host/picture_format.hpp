@@ -1,0 +1,49 @@
+#pragma once
+
+/// \file
+/// What the picture formats are and what each can hold. No codec here.
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "btfield/image_io.hpp"
+
+namespace btfield {
+
+enum class PictureFormat { png, jpeg, tiff, exr, hdr, pnm };
+
+/// Stands in the description of a file whose format would suggest another colour space to the reader.
+inline constexpr std::string_view space_mark = "btfield colour space: ";
+
+/// OpenEXR's convention for CIE XYZ: the primaries are the axes, white is the equal-energy point.
+inline constexpr std::array<float, 8> xyz_chromaticities{1, 0, 0, 1, 0, 0, 1.0F / 3.0F, 1.0F / 3.0F};
+
+/// OpenImageIO's name of the format.
+[[nodiscard]] std::string_view codec_name(PictureFormat format);
+
+/// By the file's first bytes (at least 8 where the file has them); empty when they are of none.
+[[nodiscard]] std::optional<PictureFormat> format_of_bytes(std::string_view head);
+
+/// Where a JPEG breaks off before its end mark; empty when it is complete. Its decoder pads with grey
+/// instead.
+[[nodiscard]] std::string jpeg_missing_end(const std::filesystem::path& path);
+
+/// The whole picture when there is no crop.
+/// \throws InputError when the crop is empty or leaves the picture.
+[[nodiscard]] Crop checked_crop(const std::optional<Crop>& crop, Size size, const std::string& asked);
+
+/// How a picture is going to be stored.
+struct Storage {
+    PictureFormat format = PictureFormat::png;
+    PixelType type = PixelType::uint8;
+};
+
+/// Format by the extension (any case), type by the rule of write_picture().
+/// \throws InputError when the extension is unknown or the format cannot hold the planes or the type.
+[[nodiscard]] Storage storage_for(const std::filesystem::path& path, int planes, PixelType source,
+                                  std::optional<PixelType> type, const std::string& asked);
+
+}  // namespace btfield

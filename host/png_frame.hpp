@@ -1,0 +1,17 @@
+#pragma once
+
+/// \file
+/// The chunks around a PNG's pixels. The decoder forgives a missing end, and it prints what it thinks of
+/// damaged or odd chunks; so every chunk is checked before the decoder sees it, and it sees only those that
+/// matter.
+
+#include <filesystem>
+#include <string>
+
+namespace btfield {
+
+/// Bytes of a complete PNG with only the chunks that decide about pixel values, and its texts.
+/// \throws InputError when the file ends early, a chunk's checksum is wrong, or the header is impossible.
+[[nodiscard]] std::string checked_png(const std::filesystem::path& path, const std::string& asked);
+
+}  // namespace btfield

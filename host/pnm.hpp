@@ -1,0 +1,25 @@
+#pragma once
+
+/// \file
+/// PBM, PGM and PPM. OpenImageIO 2.4 writes them with 8 bits only and reads every second 16-bit value one too
+/// low, so these simple formats are read and written here.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "btfield/image_io.hpp"
+
+namespace btfield {
+
+/// P1 to P6, any maximum up to 65535. Leaves `file_bytes` alone.
+/// \throws InputError as read_picture().
+[[nodiscard]] Picture read_pnm(const std::filesystem::path& path, const std::optional<Crop>& crop,
+                               const std::string& asked);
+
+/// P5 for one plane, P6 for three, maximum 255 or 65535.
+/// \throws InputError when the disk is full.
+void write_pnm(const std::filesystem::path& path, const Image& image, PixelType type,
+               const std::string& asked);
+
+}  // namespace btfield

@@ -1,0 +1,39 @@
+#pragma once
+
+/// \file
+/// Pyramid steps on planes that are already in device memory.
+
+#include "btfield/image.hpp"
+#include "host/cl/device_impl.hpp"
+
+namespace btfield {
+
+/// Planes in device memory, [plane][row of lattice][column of lattice], of which `size` counts and wraps.
+struct DevicePlanes {
+    Buffer values;
+    Size size;
+    Size lattice;
+    int planes = 0;
+};
+
+/// The kernels and weights of one reduction factor on one device.
+class PyramidStages {
+  public:
+    PyramidStages(Device::Impl& device, int factor);
+
+    /// ↓n(fine ⊗ w). `fine` must fill its lattice.
+    [[nodiscard]] DevicePlanes reduce(const DevicePlanes& fine);
+    /// base + scale · ↑n(coarse), of base's size, filling its lattice. May take over base's memory.
+    [[nodiscard]] DevicePlanes add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale);
+    /// Bytes that add_expanded takes beside base and coarse.
+    [[nodiscard]] static std::size_t expand_scratch_bytes(Size fine, int coarse_width, int planes);
+
+  private:
+    [[nodiscard]] cl::Kernel& kernel(const char* name);
+
+    Device::Impl* device_;
+    int factor_;
+    Buffer reduce_weights_, expand_weights_;
+};
+
+}  // namespace btfield

@@ -1,0 +1,158 @@
+#include "host/spectral_factors.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "btfield/error.hpp"
+
+namespace btfield {
+
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Index of each value among the distinct ones, which are returned in ascending order.
+std::vector<int> distinct(const std::vector<Offset>& offsets, int Offset::*part) {
+    std::vector<int> values;
+    for (const Offset& s : offsets) values.push_back(s.*part);
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return values;
+}
+
+int index_of(const std::vector<int>& values, int value) {
+    return static_cast<int>(std::lower_bound(values.begin(), values.end(), value) - values.begin());
+}
+
+/// π·s·k/n with s·k reduced modulo 2n first, so that large lattices lose no digits.
+double half_angle(int s, int k, int n) {
+    const long long turns = static_cast<long long>(s) * k % (2LL * n);
+    return std::numbers::pi * static_cast<double>(turns) / n;
+}
+
+/// A_s, then I − Σ A_s, then the scaled Cholesky factor of Σ.
+std::vector<float> pack_coefficients(const LinearField& field, double scale) {
+    const int d = field.planes;
+    const auto entries = static_cast<std::size_t>(d) * static_cast<std::size_t>(d);
+    std::vector<float> packed;
+    packed.reserve(field.coefficients.size() + 2 * entries);
+    Matrix at_zero = Matrix::Identity(d, d);
+    for (std::size_t i = 0; i < field.coefficients.size(); ++i) {
+        packed.push_back(static_cast<float>(field.coefficients[i]));
+        at_zero.data()[i % entries] -= field.coefficients[i];
+    }
+    for (std::size_t e = 0; e < entries; ++e) packed.push_back(static_cast<float>(at_zero.data()[e]));
+    const Eigen::Map<const Matrix> covariance(field.noise_covariance.data(), d, d);
+    const Eigen::LLT<Matrix> llt(covariance);
+    if (llt.info() != Eigen::Success)
+        throw InputError("take the root of the noise covariance", "it is not positive definite",
+                         "fit the model again");
+    const Matrix lower = llt.matrixL();
+    for (std::size_t e = 0; e < entries; ++e) packed.push_back(static_cast<float>(scale * lower.data()[e]));
+    return packed;
+}
+
+}  // namespace
+
+SpectralFactors::SpectralFactors(Device::Impl& device, const LinearField& field, Size lattice, double scale,
+                                 const std::vector<double>& mean, double budget)
+    : planes_(field.planes), lattice_(lattice), offsets_count_(static_cast<int>(field.offsets.size())) {
+    const int pitch = spectrum_pitch(lattice.height);
+    const std::vector<int> row_steps = distinct(field.offsets, &Offset::row);
+    const std::vector<int> column_steps = distinct(field.offsets, &Offset::column);
+
+    std::vector<cl_int2> indices;
+    for (const Offset& s : field.offsets)
+        indices.push_back({{index_of(row_steps, s.row), index_of(column_steps, s.column)}});
+    std::vector<float> rows;
+    for (const int s : row_steps) {
+        for (int k = 0; k < pitch; ++k)
+            rows.push_back(static_cast<float>(std::cos(half_angle(s, k, lattice.height))));
+        for (int k = 0; k < pitch; ++k)
+            rows.push_back(static_cast<float>(std::sin(half_angle(s, k, lattice.height))));
+    }
+    std::vector<cl_float2> columns;
+    for (const int s : column_steps)
+        for (int k = 0; k < lattice.width; ++k) {
+            const double angle = half_angle(s, k, lattice.width);
+            columns.push_back({{static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))}});
+        }
+    std::vector<float> means(mean.begin(), mean.end());
+
+    coefficients_ = device.upload(pack_coefficients(field, scale));
+    offsets_ = device.upload(indices);
+    rows_ = device.upload(rows);
+    columns_ = device.upload(columns);
+    mean_ = device.upload(means);
+
+    const std::size_t bytes = sizeof(float) * spectrum_floats(lattice, planes_ * planes_);
+    stored_ = 2.0 * static_cast<double>(bytes) <= budget && bytes <= device.largest_allocation();
+    if (!stored_) return;
+    factor_re_ = device.buffer(bytes);
+    factor_im_ = device.buffer(bytes);
+    const auto lanes = static_cast<std::size_t>(device.vector_width());
+    device.launch(kernel(device, "spectral_factors", false),
+                  {static_cast<std::size_t>(pitch) / lanes, static_cast<std::size_t>(lattice.width)}, grain(),
+                  coefficients_, offsets_, rows_, columns_, offsets_count_, factor_re_, factor_im_,
+                  lattice.width, pitch);
+}
+
+cl::Kernel& SpectralFactors::kernel(Device::Impl& device, const char* name, bool stored) const {
+    BuildParameters parameters = device.lanes();
+    parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_STORED_FACTORS", stored ? 1 : 0);
+    return device.kernel("spectral_solve", name, parameters);
+}
+
+Grain SpectralFactors::grain() const {
+    return planes_ <= 4 ? Grain::fine : Grain::coarse;
+}
+
+double SpectralFactors::stored_bytes() const {
+    return stored_ ? static_cast<double>(factor_re_.bytes() + factor_im_.bytes()) : 0.0;
+}
+
+void SpectralFactors::draw(Device::Impl& device, Spectrum& spectrum, const Buffer& keys, int batch,
+                           int level) const {
+    const int pitch = spectrum_pitch(lattice_.height);
+    // Blocks of 16 feed 32 frequencies.
+    const auto blocks = static_cast<std::size_t>((lattice_.height / 2 / 32 + 1) * 16);
+    const Range range{blocks / static_cast<std::size_t>(device.vector_width()),
+                      static_cast<std::size_t>(lattice_.width)};
+    cl::Kernel& draw = kernel(device, "synthesise_spectrum", stored_);
+    if (stored_)
+        device.launch(draw, range, grain(), factor_re_, factor_im_, mean_, keys, spectrum.re, spectrum.im,
+                      lattice_.height, lattice_.width, pitch, batch, static_cast<cl_uint>(level));
+    else
+        device.launch(draw, range, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
+                      keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch,
+                      static_cast<cl_uint>(level));
+}
+
+void SpectralFactors::filter(Device::Impl& device, Spectrum& spectrum, int batch) const {
+    const int pitch = spectrum_pitch(lattice_.height);
+    const Range range{static_cast<std::size_t>(pitch / device.vector_width()),
+                      static_cast<std::size_t>(lattice_.width)};
+    cl::Kernel& filter = kernel(device, "filter_spectrum", stored_);
+    if (stored_)
+        device.launch(filter, range, grain(), factor_re_, factor_im_, mean_, spectrum.re, spectrum.im,
+                      lattice_.height, lattice_.width, pitch, batch);
+    else
+        device.launch(filter, range, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
+                      spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch);
+}
+
+void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer& keys, Size lattice,
+                       int planes, int batch, int level) {
+    // Chunks of 64 columns take 16 blocks.
+    const auto blocks = static_cast<std::size_t>((lattice.width + 63) / 64 * 16);
+    device.launch(
+        device.kernel("noise", "normal_field", device.lanes()),
+        {blocks / static_cast<std::size_t>(device.vector_width()), static_cast<std::size_t>(lattice.height),
+         static_cast<std::size_t>(batch) * static_cast<std::size_t>(planes)},
+        Grain::fine, images, keys, lattice.height, lattice.width, planes, static_cast<cl_uint>(level));
+}
+
+}  // namespace btfield

@@ -1,0 +1,43 @@
+#pragma once
+
+/// \file
+/// Exceptions of the library. Nothing else is thrown on purpose, and nothing is printed.
+
+#include <stdexcept>
+#include <string>
+
+namespace btfield {
+
+/// Base of every error. `what()` is one line, "ASKED: FOUND; REMEDY"; line breaks in the parts become spaces.
+class Error : public std::runtime_error {
+  public:
+    /// \param asked   what the caller wanted ("read 'cork.png'")
+    /// \param found   what stood in the way ("the file ends after 120 of 65536 pixels")
+    /// \param remedy  what to do about it ("use a complete file")
+    Error(std::string asked, std::string found, std::string remedy);
+    [[nodiscard]] const std::string& asked() const noexcept { return asked_; }
+    [[nodiscard]] const std::string& found() const noexcept { return found_; }
+    [[nodiscard]] const std::string& remedy() const noexcept { return remedy_; }
+
+  private:
+    std::string asked_, found_, remedy_;
+};
+
+/// The request cannot be met: bad picture, invalid model, impossible size, unwritable file (exit code 1).
+class InputError : public Error {
+  public:
+    using Error::Error;
+};
+
+/// An OpenCL call, kernel build or allocation failed, or no such device exists (exit code 3).
+class DeviceError : public Error {
+  public:
+    DeviceError(std::string asked, std::string found, std::string remedy, std::string log = {});
+    /// Whole build log of a kernel that did not compile, with .cl file names and lines; empty otherwise.
+    [[nodiscard]] const std::string& log() const noexcept { return log_; }
+
+  private:
+    std::string log_;
+};
+
+}  // namespace btfield

@@ -1,0 +1,78 @@
+#pragma once
+
+/// \file
+/// From a picture to a model.
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "btfield/device.hpp"
+#include "btfield/image.hpp"
+#include "btfield/lag_covariance.hpp"
+#include "btfield/models.hpp"
+
+namespace btfield {
+
+/// Which estimator to use.
+enum class EstimatorChoice {
+    automatic,      ///< least squares where it certifies
+    least_squares,  ///< always
+};
+
+/// Level gains (MODELS section 11).
+enum class GainMode { match, none };
+[[nodiscard]] std::string_view name(GainMode mode);
+
+/// Normal-Wishart prior of the CAR estimate (P4 2.1, eq. 2, 5, 7, 12, 13), in units of pixels:
+/// V_xx(0) = strength · diag(C_jj(0)), V_xy(0) = 0, V_yy(0) = 0, as if `strength` pixels with neighbours of
+/// the planes' own variances, unrelated to anything, had been seen first; β = β(0) + M after the M pixels of
+/// the level. With strength → 0 the coefficients are those of least squares; with strength → ∞ they vanish,
+/// and Σ̂ = C(0) M / (β(0) + M). Rescaling a plane rescales the model and changes nothing else. The default
+/// only mends exact dependence between planes.
+struct BayesPrior {
+    double strength = 1e-3;
+    double beta0 = 2.0;  ///< β(0) > 1, degrees of freedom of the prior on Σ
+};
+
+struct FitOptions {
+    ModelKind model = ModelKind::car3d;
+    int order = 5;
+    /// CAR: causal or unilateral; MSAR: any. `custom` takes `offsets`.
+    NeighbourhoodKind neighbourhood = NeighbourhoodKind::causal;
+    std::vector<Offset> offsets;
+    /// Per-pair sets for custom supports, laid out as LinearField::active; empty = all.
+    std::vector<std::uint8_t> active;
+    /// Pyramid levels; 0 = as many as default_levels() says and the picture determines, and for CAR models
+    /// fewer when some level's certificate fails.
+    int levels = 0;
+    int factor = 2;
+    EstimatorChoice estimator = EstimatorChoice::automatic;
+    NoiseForm noise = NoiseForm::full;
+    GainMode gains = GainMode::match;
+    BayesPrior prior;
+    /// Called with stage names ("pyramid", "lag covariances", "fit", "certificate", "gains") and the seconds
+    /// each took.
+    std::function<void(std::string_view stage, double seconds)> progress;
+};
+
+/// Levels that suit most pictures of this size: the coarsest one keeps at least 32 pixels a side; at most 5.
+[[nodiscard]] int default_levels(Size size, int factor = 2);
+
+/// Fits every level. Deterministic.
+/// \throws InputError when the picture or options cannot give a model: constant plane, level smaller than the
+/// support
+///         (the message says how many levels fit), acausal CAR support, singular normal equations.
+[[nodiscard]] TextureModel fit(Device& device, const Image& image, const FitOptions& options = {});
+
+/// Least-squares / Bayesian CAR estimate from lag covariances alone (MODELS section 6; P4 eq. 4-9).
+[[nodiscard]] CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind,
+                               const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
+                               NoiseForm noise, const BayesPrior& prior = {});
+
+/// Least-squares MSAR estimate from lag covariances alone (MODELS section 7; P4 eq. 30, 31).
+[[nodiscard]] SarModel fit_sar(const LagCovariance& statistic, NeighbourhoodKind kind,
+                               const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
+                               NoiseForm noise);
+
+}  // namespace btfield

@@ -1,0 +1,81 @@
+#pragma once
+
+/// \file
+/// The picture as the library sees it: planar float32 on a doubly toroidal lattice.
+
+#include <cstddef>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace btfield {
+
+/// Rows × columns of a lattice.
+struct Size {
+    int height = 0;
+    int width = 0;
+    friend bool operator==(const Size&, const Size&) = default;
+};
+
+/// Number of pixels as a size that cannot overflow for any pair of ints.
+[[nodiscard]] constexpr std::size_t area(Size s) {
+    return static_cast<std::size_t>(s.height) * static_cast<std::size_t>(s.width);
+}
+
+/// Meaning of the plane values. Models are fitted to values as they are; the space travels to the output.
+enum class ColourSpace {
+    unspecified,  ///< grey, spectral bands, heights: no colour meaning known
+    srgb,         ///< sRGB-encoded, as 8-bit and 16-bit pictures are unless they say otherwise
+    linear,       ///< linear light, Rec. 709 primaries, as HDR pictures are unless they say otherwise
+    xyz,          ///< CIE XYZ
+};
+
+/// "unspecified", "srgb", "linear", "xyz".
+[[nodiscard]] std::string_view name(ColourSpace space);
+/// Inverse of name(); throws InputError for any other text.
+[[nodiscard]] ColourSpace colour_space(std::string_view name);
+
+/// Planar float32 picture, layout [plane][row][column]. A value type.
+/// 8-bit and 16-bit sources are scaled to [0, 1]; float sources keep their values.
+class Image {
+  public:
+    Image() = default;
+    /// Zero-filled. Throws InputError when a side or the number of planes is < 1, or the total overflows.
+    Image(Size size, int planes, ColourSpace space = ColourSpace::unspecified);
+
+    [[nodiscard]] Size size() const { return size_; }
+    [[nodiscard]] int height() const { return size_.height; }
+    [[nodiscard]] int width() const { return size_.width; }
+    [[nodiscard]] int planes() const { return planes_; }
+    [[nodiscard]] ColourSpace space() const { return space_; }
+    void set_space(ColourSpace space) { space_ = space; }
+
+    [[nodiscard]] std::span<float> plane(int p) {
+        return {values_.data() + static_cast<std::size_t>(p) * area(size_), area(size_)};
+    }
+    [[nodiscard]] std::span<const float> plane(int p) const {
+        return {values_.data() + static_cast<std::size_t>(p) * area(size_), area(size_)};
+    }
+    [[nodiscard]] float& at(int p, int row, int column) { return values_[index(p, row, column)]; }
+    [[nodiscard]] float at(int p, int row, int column) const { return values_[index(p, row, column)]; }
+    /// All planes, one after the other.
+    [[nodiscard]] std::span<float> values() { return values_; }
+    [[nodiscard]] std::span<const float> values() const { return values_; }
+
+    /// Copy of the rectangle. Throws InputError when it is empty or leaves the picture.
+    [[nodiscard]] Image crop(int row, int column, Size size) const;
+
+  private:
+    [[nodiscard]] std::size_t index(int p, int row, int column) const {
+        return (static_cast<std::size_t>(p) * static_cast<std::size_t>(size_.height) +
+                static_cast<std::size_t>(row)) *
+                   static_cast<std::size_t>(size_.width) +
+               static_cast<std::size_t>(column);
+    }
+    Size size_;
+    int planes_ = 0;
+    ColourSpace space_ = ColourSpace::unspecified;
+    std::vector<float> values_;
+};
+
+}  // namespace btfield

@@ -1,0 +1,43 @@
+#pragma once
+
+/// \file
+/// Contextual neighbourhoods I_r (MODELS section 4).
+
+#include <string_view>
+#include <vector>
+
+namespace btfield {
+
+/// Offset s = (row, column), stored as it is applied: y(r ⊕ s).
+struct Offset {
+    int row = 0;
+    int column = 0;
+    friend auto operator<=>(const Offset&, const Offset&) = default;
+    friend Offset operator-(Offset a, Offset b) { return {a.row - b.row, a.column - b.column}; }
+    friend Offset operator-(Offset a) { return {-a.row, -a.column}; }
+};
+
+enum class NeighbourhoodKind {
+    symmetric,   ///< all offsets of the order
+    half,        ///< one of each ±s pair, the lexicographically positive one
+    causal,      ///< non-symmetric half-plane: those that precede r in raster order
+    unilateral,  ///< quarter-plane: s1 <= 0, s2 <= 0
+    custom,      ///< any list
+};
+
+/// "symmetric", "half", "causal", "unilateral", "custom".
+[[nodiscard]] std::string_view name(NeighbourhoodKind kind);
+/// Inverse of name(); throws InputError for any other text.
+[[nodiscard]] NeighbourhoodKind neighbourhood_kind(std::string_view name);
+
+inline constexpr int max_order = 8;
+
+/// Offsets s != 0 with s1² + s2² <= q(order), q = 1, 2, 4, 5, 8, 9, 10, 13, in raster order.
+/// \throws InputError when order is outside 1..8 or kind is custom.
+[[nodiscard]] std::vector<Offset> neighbourhood(int order, NeighbourhoodKind kind);
+
+/// Largest |row| and |column| among differences of two offsets of the set, the centre included: the box of
+/// lags that a fit on this support reads.
+[[nodiscard]] Offset difference_box(const std::vector<Offset>& offsets);
+
+}  // namespace btfield

@@ -1,0 +1,260 @@
+// Synthesis in the frequency domain: Ỹ_t = F_t z_t, F_t = scale · Λ_t⁻¹ Σ^{1/2} (P4 eq. 28, 29; MODELS sections 7, 11).
+//
+// Λ_t = M + Σ_s A_s u_s with M = I − Σ_s A_s and u_s = 1 − exp(√−1 ω_s·t), so that Λ keeps its relative accuracy where it is
+// small, around frequency 0. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors: [i][j][kx][ky], re and im.
+
+#include "philox.clh"
+
+#ifndef BTFIELD_PLANES
+#error "BTFIELD_PLANES (number of planes d) is not defined"
+#endif
+// 0: factors are computed where they are used; 1: they are read from memory.
+#ifndef BTFIELD_STORED_FACTORS
+#error "BTFIELD_STORED_FACTORS (0 or 1) is not defined"
+#endif
+
+#define D BTFIELD_PLANES
+
+// d up to 4 unrolls wholly; beyond, loops stay loops and the arrays live in memory.
+#if D <= 4
+#define UNROLL _Pragma("unroll")
+#else
+#define UNROLL _Pragma("nounroll")
+#endif
+
+// What a factor is computed from.
+//   coefficients: A_s at [s][i][j], then M at [i][j], then scale · Σ^{1/2} (lower triangular) at [i][j]
+//   offsets: per s the table row of s1 in `rows` and of s2 in `columns`
+//   rows: cos and sin of π·s1·ky/H at [2·row][ky] and [2·row + 1][ky], pitch as the spectrum
+//   columns: cos and sin of π·s2·kx/W at [row][kx]
+#define FACTOR_ARGUMENTS                                                                                  \
+    __global const float *coefficients, __global const int2 *offsets, __global const float *rows,         \
+        __global const float2 *columns, int count
+
+// F_t at (kx, ky…) by elimination with lane-wise row pivoting.
+inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+    REALN lr[D * D], li[D * D];
+    UNROLL
+    for (int e = 0; e < D * D; ++e) {
+        lr[e] = coefficients[count * D * D + e];
+        li[e] = 0.0f;
+    }
+    for (int s = 0; s < count; ++s) {
+        const int2 o = offsets[s];
+        const REALN rc = LOADN(rows + (size_t)(2 * o.x) * pitch + ky);
+        const REALN rs = LOADN(rows + (size_t)(2 * o.x + 1) * pitch + ky);
+        const float2 c = columns[(size_t)o.y * width + kx];
+        // Half the angle, h: u = 1 − exp(2√−1 h) = 2 sin h (sin h − √−1 cos h).
+        const REALN sh = fma(rs, (REALN)(c.x), rc * c.y);
+        const REALN ch = fma(rc, (REALN)(c.x), -rs * c.y);
+        const REALN ur = 2.0f * sh * sh, ui = -2.0f * sh * ch;
+        __global const float* a = coefficients + (size_t)s * D * D;
+        UNROLL
+        for (int e = 0; e < D * D; ++e) {
+            lr[e] = fma((REALN)(a[e]), ur, lr[e]);
+            li[e] = fma((REALN)(a[e]), ui, li[e]);
+        }
+    }
+    __global const float* noise = coefficients + (size_t)(count + 1) * D * D;
+    UNROLL
+    for (int e = 0; e < D * D; ++e) {
+        fr[e] = noise[e];
+        fi[e] = 0.0f;
+    }
+    UNROLL
+    for (int k = 0; k < D; ++k) {
+        // Bring the row of the largest |Λ_pk|² to place k, lane by lane.
+        UNROLL
+        for (int p = k + 1; p < D; ++p) {
+            const REALN here = fma(lr[k * D + k], lr[k * D + k], li[k * D + k] * li[k * D + k]);
+            const REALN there = fma(lr[p * D + k], lr[p * D + k], li[p * D + k] * li[p * D + k]);
+            const INTN swap = MASK(there > here);
+            UNROLL
+            for (int j = 0; j < D; ++j) {
+                REALN x, y;
+                if (j >= k) {
+                    x = lr[k * D + j], y = lr[p * D + j];
+                    lr[k * D + j] = choose(swap, y, x), lr[p * D + j] = choose(swap, x, y);
+                    x = li[k * D + j], y = li[p * D + j];
+                    li[k * D + j] = choose(swap, y, x), li[p * D + j] = choose(swap, x, y);
+                }
+                x = fr[k * D + j], y = fr[p * D + j];
+                fr[k * D + j] = choose(swap, y, x), fr[p * D + j] = choose(swap, x, y);
+                x = fi[k * D + j], y = fi[p * D + j];
+                fi[k * D + j] = choose(swap, y, x), fi[p * D + j] = choose(swap, x, y);
+            }
+        }
+        // Divide row k by its pivot.
+        const REALN pr = lr[k * D + k], pi = li[k * D + k];
+        const REALN inverse = 1.0f / fma(pr, pr, pi * pi);
+        const REALN qr = pr * inverse, qi = -pi * inverse;
+        UNROLL
+        for (int j = 0; j < D; ++j) {
+            REALN x, y;
+            if (j > k) {
+                x = lr[k * D + j], y = li[k * D + j];
+                lr[k * D + j] = fma(x, qr, -y * qi), li[k * D + j] = fma(x, qi, y * qr);
+            }
+            x = fr[k * D + j], y = fi[k * D + j];
+            fr[k * D + j] = fma(x, qr, -y * qi), fi[k * D + j] = fma(x, qi, y * qr);
+        }
+        // Clear column k in every other row.
+        UNROLL
+        for (int p = 0; p < D; ++p) {
+            if (p == k) continue;
+            const REALN mr = lr[p * D + k], mi = li[p * D + k];
+            UNROLL
+            for (int j = 0; j < D; ++j) {
+                if (j > k) {
+                    const REALN x = lr[k * D + j], y = li[k * D + j];
+                    lr[p * D + j] = fma(-mr, x, fma(mi, y, lr[p * D + j]));
+                    li[p * D + j] = fma(-mr, y, fma(-mi, x, li[p * D + j]));
+                }
+                const REALN x = fr[k * D + j], y = fi[k * D + j];
+                fr[p * D + j] = fma(-mr, x, fma(mi, y, fr[p * D + j]));
+                fi[p * D + j] = fma(-mr, y, fma(-mi, x, fi[p * D + j]));
+            }
+        }
+    }
+}
+
+#if BTFIELD_STORED_FACTORS
+#define FACTOR_SOURCE __global const float *factor_re, __global const float *factor_im
+
+inline void fetch_factor(FACTOR_SOURCE, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+    UNROLL
+    for (int e = 0; e < D * D; ++e) {
+        const size_t i = ((size_t)e * width + kx) * pitch + ky;
+        fr[e] = LOADN(factor_re + i);
+        fi[e] = LOADN(factor_im + i);
+    }
+}
+
+#define FETCH_FACTOR(kx, ky, fr, fi) fetch_factor(factor_re, factor_im, kx, ky, width, pitch, fr, fi)
+#else
+#define FACTOR_SOURCE FACTOR_ARGUMENTS
+#define FETCH_FACTOR(kx, ky, fr, fi) factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi)
+#endif
+
+#ifdef BTFIELD_KERNEL_spectral_factors
+// Factors of every frequency of the half spectrum. Work-item (vector of ky, kx).
+__kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __global float* factor_im, int width,
+                               int pitch) {
+    const int ky = (int)get_global_id(0) * VW;
+    const int kx = (int)get_global_id(1);
+    if (ky >= pitch) return;
+    REALN fr[D * D], fi[D * D];
+    factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
+    UNROLL
+    for (int e = 0; e < D * D; ++e) {
+        const size_t i = ((size_t)e * width + kx) * pitch + ky;
+        STOREN(fr[e], factor_re + i);
+        STOREN(fi[e], factor_im + i);
+    }
+}
+#endif
+
+// y = F z; the mean of plane i is added at frequency 0, where one unit is one unit of every pixel.
+inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, const REALN* zi,
+                            __global const float* mean, __global float* re, __global float* im, size_t base,
+                            size_t plane_size, int zero_frequency) {
+    UNROLL
+    for (int i = 0; i < D; ++i) {
+        REALN yr = 0.0f, yi = 0.0f;
+        UNROLL
+        for (int j = 0; j < D; ++j) {
+            const REALN a = fr[i * D + j], b = fi[i * D + j];
+            yr = fma(a, zr[j], fma(-b, zi[j], yr));
+            yi = fma(a, zi[j], fma(b, zr[j], yi));
+        }
+        if (zero_frequency) yr = choose(MASK(LANE_INDEX == 0u), yr + mean[i], yr);
+        STOREN(yr, re + base + (size_t)i * plane_size);
+        STOREN(yi, im + base + (size_t)i * plane_size);
+    }
+}
+
+#ifdef BTFIELD_KERNEL_synthesise_spectrum
+// Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures.
+// Bin ky of a row kx is pair ky/16 % 2 of block 16·(ky/32) + ky%16; on ky = 0 and H/2 the upper half of kx mirrors the lower
+// and self-conjugate bins are real. Work-item (vector of blocks, kx).
+__kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __global const uint2* seeds,
+                                  __global float* re, __global float* im, int height, int width, int pitch, int batch,
+                                  uint level) {
+    const int item = (int)get_global_id(0);
+    const int kx = (int)get_global_id(1);
+    const int block = item * VW;
+    const int ky0 = (block / 16) * 32 + block % 16;
+    const int last = height / 2;
+    if (ky0 > last) return;
+    const int pairs = ky0 + 16 <= last ? 2 : 1;
+    const size_t plane_size = (size_t)width * pitch;
+    const int mirror = kx == 0 ? 0 : width - kx;
+
+    REALN fr[2][D * D], fi[2][D * D];
+      INTN own[2];  // bins that are conjugate to themselves or to another bin of the same column
+    int special[2];
+    for (int h = 0; h < pairs; ++h) {
+        const int ky = ky0 + 16 * h;
+        FETCH_FACTOR(kx, ky, fr[h], fi[h]);
+        const INTN index = AS_INTN(LANE_INDEX) + ky;
+        own[h] = MASK(index == 0);
+        if (height % 2 == 0) own[h] |= MASK(index == last);
+        special[h] = ky == 0 || (height % 2 == 0 && ky <= last && last < ky + VW);
+    }
+    for (int b = 0; b < batch; ++b) {
+        const uint2 seed = seeds[b];
+        REALN zr[2][D], zi[2][D];
+        for (int j = 0; j < D; ++j) {
+            philox_words counter;
+            counter.x = (UINTN)((uint)block) + LANE_INDEX;
+            counter.y = (UINTN)((uint)kx);
+            counter.z = (UINTN)((uint)j);
+            counter.w = (UINTN)(noise_level(level, BTFIELD_DOMAIN_SPECTRAL));
+            const philox_words words = philox4x32_10(counter, seed.x, seed.y);
+            box_muller(words.x, words.y, &zr[0][j], &zi[0][j]);
+            if (pairs == 2) box_muller(words.z, words.w, &zr[1][j], &zi[1][j]);
+            if ((special[0] || (pairs == 2 && special[1])) && kx >= mirror) {
+                counter.y = (UINTN)((uint)mirror);
+                const philox_words other = philox4x32_10(counter, seed.x, seed.y);
+                for (int h = 0; h < pairs; ++h) {
+                    REALN mr, mi;
+                    if (h == 0)
+                        box_muller(other.x, other.y, &mr, &mi);
+                    else
+                        box_muller(other.z, other.w, &mr, &mi);
+                    const int real = kx == mirror;
+                    zr[h][j] = choose(own[h], real ? mr * 1.41421356237f : mr, zr[h][j]);
+                    zi[h][j] = choose(own[h], real ? (REALN)(0.0f) : -mi, zi[h][j]);
+                }
+            }
+        }
+        for (int h = 0; h < pairs; ++h) {
+            const int ky = ky0 + 16 * h;
+            apply_and_store(fr[h], fi[h], zr[h], zi[h], mean, re, im,
+                            (size_t)b * D * plane_size + (size_t)kx * pitch + ky, plane_size, kx == 0 && ky == 0);
+        }
+    }
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_filter_spectrum
+// The same for noise that was drawn on the lattice and transformed: in place. Work-item (vector of ky, kx).
+__kernel void filter_spectrum(FACTOR_SOURCE, __global const float* mean, __global float* re, __global float* im,
+                              int height, int width, int pitch, int batch) {
+    const int ky = (int)get_global_id(0) * VW;
+    const int kx = (int)get_global_id(1);
+    if (ky > height / 2) return;
+    const size_t plane_size = (size_t)width * pitch;
+    REALN fr[D * D], fi[D * D];
+    FETCH_FACTOR(kx, ky, fr, fi);
+    for (int b = 0; b < batch; ++b) {
+        const size_t base = (size_t)b * D * plane_size + (size_t)kx * pitch + ky;
+        REALN zr[D], zi[D];
+        for (int j = 0; j < D; ++j) {
+            zr[j] = LOADN(re + base + (size_t)j * plane_size);
+            zi[j] = LOADN(im + base + (size_t)j * plane_size);
+        }
+        apply_and_store(fr, fi, zr, zi, mean, re, im, base, plane_size, kx == 0 && ky == 0);
+    }
+}
+#endif

@@ -1,0 +1,78 @@
+#pragma once
+
+// What the tests of device code have in common: sizes, plane counts, vector widths, and how to open a device
+// with one.
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <ostream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "btfield/device.hpp"
+#include "btfield/image.hpp"
+#include "host/cl/device_impl.hpp"
+
+namespace btfield {
+
+/// How GoogleTest names a size.
+inline void PrintTo(const Size& size, std::ostream* out) {
+    *out << size.height << " rows x " << size.width << " columns";
+}
+
+namespace test {
+
+/// Unit roundoff of float32.
+inline constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2.0;
+
+/// Lanes that every hot kernel is built for.
+inline constexpr std::array vector_widths = {1, 4, 8, 16};
+
+inline constexpr std::array plane_counts = {1, 3, 4, 8};
+
+/// Single pixels, lines, primes, powers of 2 and their neighbours, sides below and beyond every vector width.
+inline constexpr std::array lattice_sizes = {
+    Size{1, 1},   Size{1, 2},   Size{2, 1},   Size{3, 5},   Size{7, 4},   Size{1, 67},  Size{67, 1},
+    Size{13, 11}, Size{16, 16}, Size{17, 31}, Size{33, 20}, Size{32, 65}, Size{37, 101}};
+
+/// A device whose hot kernels have this many lanes; own transforms, because what clFFT launches is its own
+/// business.
+inline Device device_of_width(int width, FftBackend fft = FftBackend::lanes) {
+    DeviceOptions options;
+    options.vector_width = width;
+    options.fft = fft;
+    return Device({}, options);
+}
+
+template <class T>
+std::vector<T> read_all(Device& device, const Buffer& buffer) {
+    std::vector<T> values(buffer.bytes() / sizeof(T));
+    device.impl().read(buffer, values.data(), values.size() * sizeof(T));
+    return values;
+}
+
+/// Seeds as the kernels take them.
+inline Buffer upload_seeds(Device& device, const std::vector<std::uint64_t>& seeds) {
+    std::vector<cl_uint2> words;
+    for (const std::uint64_t seed : seeds)
+        words.push_back({{static_cast<cl_uint>(seed), static_cast<cl_uint>(seed >> 32)}});
+    return device.impl().upload(words);
+}
+
+/// Independent values of mean `mean` and standard deviation 1, the same in every run.
+inline Image random_image(Size size, int planes, float mean = 0.0F, unsigned seed = 1) {
+    Image image(size, planes);
+    std::mt19937 generator(seed);
+    std::normal_distribution<float> normal(mean, 1.0F);
+    for (float& value : image.values()) value = normal(generator);
+    return image;
+}
+
+inline std::string text(Size size) {
+    return std::to_string(size.height) + " x " + std::to_string(size.width);
+}
+
+}  // namespace test
+}  // namespace btfield

@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# Installs the library, shared as built and static, and builds and runs tests/consumer against each through the
+# CMake package and through pkg-config: install_test.sh SOURCE_FOLDER BUILD_FOLDER COMPILER
+set -euo pipefail
+source=$1 build=$2 compiler=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+check() { # check PREFIX PKG_CONFIG_FLAGS...
+    local prefix=$1
+    shift
+    cmake -S "$source/tests/consumer" -B "$prefix/consumer" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" \
+        -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$prefix" >"$work/log" || { cat "$work/log"; exit 1; }
+    cmake --build "$prefix/consumer" -- --quiet
+    "$prefix/consumer/consumer"
+
+    local pc flags libdir
+    pc=$(find "$prefix" -name btfield.pc)
+    libdir=$(dirname "$(dirname "$pc")")
+    flags=$(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config "$@" --cflags --libs btfield)
+    # shellcheck disable=SC2086  # the flags are words
+    "$compiler" -std=c++20 "$source/tests/consumer/consumer.cpp" $flags -o "$prefix/by_pkg_config"
+    LD_LIBRARY_PATH=$libdir "$prefix/by_pkg_config"
+}
+
+echo "As built, moved after installing"
+cmake --install "$build" --prefix "$work/installed" >/dev/null
+mv "$work/installed" "$work/moved"
+check "$work/moved"
+"$work/moved/bin/btfield" --version
+
+echo "Static"
+cmake -S "$source" -B "$work/static-build" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release \
+    -DBUILD_SHARED_LIBS=OFF -DBTFIELD_BUILD_TESTS=OFF -DBTFIELD_BUILD_EXAMPLES=OFF >"$work/log" ||
+    { cat "$work/log"; exit 1; }
+cmake --build "$work/static-build" -- --quiet
+cmake --install "$work/static-build" --prefix "$work/static" >/dev/null
+check "$work/static" --static

@@ -1,0 +1,99 @@
+// The module with the picture codecs: who loads it, and what happens without it.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "btfield/error.hpp"
+#include "btfield/image_io.hpp"
+#include "tests/run_program.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string cork = BTFIELD_TEST_DATA "/cork.png";
+
+/// The command under the system's account of every library that it loads.
+test::Ended run_traced(std::vector<std::string> words) {
+    words.insert(words.begin(), {"/usr/bin/env", "LD_DEBUG=files", BTFIELD_CLI});
+    return test::run_program(std::move(words));
+}
+
+bool says(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+TEST(picture_codec, only_commands_with_pictures_load_it) {
+    const test::TemporaryFolder folder;
+    const std::string pnm = (folder / "a.pgm").string();
+    Image diagonal({64, 64}, 1);
+    for (int i = 0; i < 64; ++i) diagonal.at(0, i, i) = static_cast<float>(i) / 64.0F;
+    write_picture(pnm, diagonal);
+    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+             {"--version"}, {"synth", "--help"}, {"devices"}, {"compare", pnm, pnm}}) {
+        const test::Ended ended = run_traced(words);
+        EXPECT_EQ(ended.code, 0) << words.front() << ": " << ended.err.substr(0, 400);
+        EXPECT_TRUE(says(ended.err, "libbtfield")) << words.front();
+        EXPECT_FALSE(says(ended.err, "libOpenImageIO")) << words.front();
+    }
+    const test::Ended ended = run_traced({"compare", cork, cork});
+    EXPECT_EQ(ended.code, 0);
+    EXPECT_TRUE(says(ended.err, "libOpenImageIO"));
+}
+
+TEST(picture_codec, without_it_the_error_names_the_file) {
+    const test::TemporaryFolder folder;
+    const fs::path library(BTFIELD_LIBRARY);
+    fs::copy_file(library, folder.path() / library.filename());
+    const std::string path = "LD_LIBRARY_PATH=" + folder.path().string();
+    const test::Ended ended = test::run_program({"/usr/bin/env", path, BTFIELD_CLI, "compare", cork, cork});
+    EXPECT_EQ(ended.code, 1);
+    EXPECT_TRUE(says(ended.err, "read '" + cork + "'")) << ended.err;
+    const fs::path looked_for = fs::canonical(folder.path()) / "btfield" / "btfield_pictures.so";
+    EXPECT_TRUE(says(ended.err, "'" + looked_for.string() + "'")) << ended.err;
+    const test::Ended version = test::run_program({"/usr/bin/env", path, BTFIELD_CLI, "--version"});
+    EXPECT_EQ(version.code, 0) << version.err;
+}
+
+TEST(picture_codec, its_errors_are_caught_by_type) {
+    const test::TemporaryFolder folder;
+    fs::copy_file(cork, folder / "short.png");
+    fs::resize_file(folder / "short.png", fs::file_size(cork) / 2);
+    preload_picture_formats();
+    std::vector<int> caught(4, 0);
+    {
+        std::vector<std::jthread> threads;
+        for (int& one : caught) {
+            threads.emplace_back([&] {
+                preload_picture_formats();
+                try {
+                    static_cast<void>(read_picture(folder / "short.png"));
+                } catch (const InputError& error) {
+                    one = error.asked().empty() ? 2 : 1;
+                } catch (...) {
+                    one = 3;
+                }
+            });
+        }
+    }
+    EXPECT_EQ(caught, std::vector<int>(4, 1));
+}
+
+TEST(picture_codec, a_process_may_end_while_it_loads) {
+    const test::TemporaryFolder folder;
+    const auto end_at_once = [] {
+        preload_picture_formats();
+        std::exit(7);
+    };
+    GTEST_FLAG_SET(death_test_style, "threadsafe");  // a fresh process
+    EXPECT_EXIT(end_at_once(), testing::ExitedWithCode(7), "");
+}
+
+}  // namespace
+}  // namespace btfield
