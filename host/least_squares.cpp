@@ -146,7 +146,7 @@ MatrixXd admissible_noise(const MatrixXd& noise, NoiseForm form, const MatrixXd&
     MatrixXd scaled = inverse.asDiagonal() * noise * inverse.asDiagonal();
     if (form == NoiseForm::diagonal) scaled = MatrixXd(scaled.diagonal().asDiagonal());
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(scaled);
-    const VectorXd values = solver.eigenvalues();
+    const VectorXd& values = solver.eigenvalues();
     const double lowest = std::max(1e-8 * values.maxCoeff(), 1e-14);
     if (!(values.minCoeff() >= lowest)) {
         const MatrixXd& vectors = solver.eigenvectors();

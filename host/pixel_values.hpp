@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace btfield {
@@ -9,7 +10,7 @@ namespace btfield {
 template <class T>
 T to_integer(float value) {
     constexpr auto top = static_cast<float>(std::numeric_limits<T>::max());
-    return static_cast<T>(std::clamp(value, 0.0F, 1.0F) * top + 0.5F);
+    return static_cast<T>(std::lrint(std::clamp(value, 0.0F, 1.0F) * top));
 }
 
 }  // namespace btfield

@@ -332,24 +332,26 @@ LagCovariance model_covariance(const LinearField& field, Size torus, Offset box)
     LagCovariance result(d, torus, box);
     const RowMajor table = waves(torus.width, box.column);
     const RowBlocks blocks(torus.height);
-    const int lag_rows = 2 * box.row + 1, lag_columns = 2 * box.column + 1, pairs = d * (d + 1) / 2;
+    const Eigen::Index lag_rows = 2 * box.row + 1, lag_columns = 2 * box.column + 1, pairs = d * (d + 1) / 2;
     // Two small transforms in a row, as matrix products: along the columns of the grid, then along its rows.
     std::vector<RowMajor> partial(static_cast<size_t>(blocks.count));
     for_each_block(blocks.count, [&](int block) {
         SpectralRow row(field, torus.width);
-        const int first = blocks.first(block), rows = std::max(0, blocks.last(block) - first);
+        const int first = blocks.first(block);
+        const Eigen::Index rows = std::max(0, blocks.last(block) - first);
         RowMajor along(2 * rows, pairs * lag_columns);  // real and imaginary parts of Σ_n conj(S) e^{iω2 s2}
         RowMajor turns(lag_rows, 2 * rows);  // those of e^{iω1 s1}, such that the product is the real part
         RowMajor t;
-        for (int k = 0; k < rows; ++k) {
-            const int m = first + k;
+        for (Eigen::Index k = 0; k < rows; ++k) {
+            const int m = first + static_cast<int>(k);
             row.evaluate(2.0 * std::numbers::pi * m / torus.height);
             row.evaluate_density();
             t.noalias() = row.densities() * table;
             Eigen::Index place = 0;
             for (int i = 0; i < d; ++i) {
                 for (int j = i; j < d; ++j) {
-                    const auto real = t.row(2 * (i * d + j)), imaginary = t.row(2 * (i * d + j) + 1);
+                    const Eigen::Index entry = Eigen::Index{2} * (i * d + j);
+                    const auto real = t.row(entry), imaginary = t.row(entry + 1);
                     for (int s2 = -box.column; s2 <= box.column; ++s2, ++place) {
                         const int cosine = s2 < 0 ? -s2 : s2, sine = cosine + box.column + 1;
                         const double sign = s2 < 0 ? -1.0 : 1.0;

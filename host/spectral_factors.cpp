@@ -17,6 +17,7 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 /// Index of each value among the distinct ones, which are returned in ascending order.
 std::vector<int> distinct(const std::vector<Offset>& offsets, int Offset::*part) {
     std::vector<int> values;
+    values.reserve(offsets.size());
     for (const Offset& s : offsets) values.push_back(s.*part);
     std::sort(values.begin(), values.end());
     values.erase(std::unique(values.begin(), values.end()), values.end());
@@ -118,7 +119,7 @@ void SpectralFactors::draw(Device::Impl& device, Spectrum& spectrum, const Buffe
                            int level) const {
     const int pitch = spectrum_pitch(lattice_.height);
     // Blocks of 16 feed 32 frequencies.
-    const auto blocks = static_cast<std::size_t>((lattice_.height / 2 / 32 + 1) * 16);
+    const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
     const Range range{blocks / static_cast<std::size_t>(device.vector_width()),
                       static_cast<std::size_t>(lattice_.width)};
     cl::Kernel& draw = kernel(device, "synthesise_spectrum", stored_);
@@ -147,7 +148,7 @@ void SpectralFactors::filter(Device::Impl& device, Spectrum& spectrum, int batch
 void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer& keys, Size lattice,
                        int planes, int batch, int level) {
     // Chunks of 64 columns take 16 blocks.
-    const auto blocks = static_cast<std::size_t>((lattice.width + 63) / 64 * 16);
+    const auto blocks = static_cast<std::size_t>((lattice.width + 63) / 64) * 16;
     device.launch(
         device.kernel("noise", "normal_field", device.lanes()),
         {blocks / static_cast<std::size_t>(device.vector_width()), static_cast<std::size_t>(lattice.height),

@@ -183,7 +183,10 @@ int sign_changes(const NodeValues& nodes) {
             const int next = (n + 1) % nodes.side;
             int positive = 0;
             for (const auto& [row, column] : {std::pair{m, n}, {m, next}, {m + 1, n}, {m + 1, next}}) {
-                if (nodes.determinant[static_cast<size_t>(row * nodes.side + column)].real() > 0.0)
+                if (nodes
+                        .determinant[static_cast<size_t>(row) * static_cast<size_t>(nodes.side) +
+                                     static_cast<size_t>(column)]
+                        .real() > 0.0)
                     ++positive;
             }
             if (positive != 0 && positive != 4) count += 2;
@@ -211,8 +214,8 @@ std::array<Cell, 9> divide(const Cell& cell) {
     std::array<Cell, 9> parts;
     const double half = cell.half / 3.0;
     for (int k = 0; k < 9; ++k) {
-        const Point centre{cell.centre.row + 2.0 * half * (k / 3 - 1),
-                           cell.centre.column + 2.0 * half * (k % 3 - 1)};
+        const int down = k / 3 - 1, right = k % 3 - 1;
+        const Point centre{cell.centre.row + 2.0 * half * down, cell.centre.column + 2.0 * half * right};
         parts[static_cast<size_t>(k)] = {centre, half, cell.weight, cell.base};
     }
     return parts;

@@ -36,7 +36,7 @@ PixelType type_of(const OIIO::ImageSpec& spec) {
     if (types.empty()) types.push_back(spec.format);
     const auto all = [&](auto... wanted) {
         return std::all_of(types.begin(), types.end(),
-                           [&](OIIO::TypeDesc t) { return ((t.basetype == wanted) || ...); });
+                           [&](const OIIO::TypeDesc& t) { return ((t.basetype == wanted) || ...); });
     };
     if (all(OIIO::TypeDesc::UINT8)) return PixelType::uint8;
     if (all(OIIO::TypeDesc::UINT8, OIIO::TypeDesc::UINT16)) return PixelType::uint16;

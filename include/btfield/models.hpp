@@ -36,7 +36,24 @@ struct CarModel : LinearField {};
 /// Simultaneous autoregressive, MSAR (P0; P3; P4 2.5): any support, Λ_t Ỹ_t = Σ^{1/2} ε̃_t.
 struct SarModel : LinearField {};
 
-using Model = std::variant<CarModel, SarModel>;
+/// Which Markov random field (P4 2.6, 2.7).
+enum class MrfForm {
+    mmrf,  ///< S_Y = Λ⁻¹ Σ; Σ⁻¹ Λ_t Hermitian positive definite
+    pmrf,  ///< S_Y = Λ⁻¹ Σ^{1/2} Λ Σ^{1/2} Λ⁻¹, Σ^{1/2} the symmetric root; Λ_t Hermitian positive definite
+};
+
+/// Markov random field: the noise is correlated such that it is the error of the best prediction from all
+/// neighbours. Symmetric support (s and −s both listed). MMRF: Σ⁻¹ A_{−s} = (Σ⁻¹ A_s)ᵀ. PMRF: A_{−s} = A_sᵀ.
+struct MrfModel : LinearField {
+    MrfForm form = MrfForm::mmrf;
+};
+
+/// Moving average (P1 2.3; P4 2.3, 2.4): y_i(r) = Σ_s Σ_j a_{s,i,j} e_j(r ⊖ s), e white with covariance Σ. The
+/// offsets are where an impulse of the noise shows, y(r ⊕ s) += A_s e(r); the centre is among them. Σ is
+/// positive semidefinite.
+struct MaModel : LinearField {};
+
+using Model = std::variant<CarModel, SarModel, MrfModel, MaModel>;
 
 /// The linear part of whichever model it is.
 [[nodiscard]] const LinearField& linear_field(const Model& model);
