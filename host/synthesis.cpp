@@ -117,7 +117,7 @@ class Synthesiser::Impl {
   public:
     Impl(Device& device, const TextureModel& model, Size size, const SynthesisOptions& options)
         : device_(&device.impl()),
-          planes_(model.planes),
+          planes_(modelled_planes(model)),
           space_(model.space),
           size_(size),
           layout_(checked(model, size, options)),
@@ -137,9 +137,12 @@ class Synthesiser::Impl {
             const double variance = options.noise_domain == NoiseDomain::frequency
                                         ? 1.0 / (2.0 * static_cast<double>(area(t)))
                                         : 1.0 / (static_cast<double>(area(t)) * static_cast<double>(area(t)));
+            // Where there is a basis, the mean is added with it.
+            const bool adds_mean = k == last && model.basis.planes == 0;
             const std::vector<double> mean =
-                k == last ? model.mean : std::vector<double>(model.mean.size(), 0.0);
-            factors_.emplace_back(*device_, linear_field(model.levels[k].model), t,
+                adds_mean ? model.mean : std::vector<double>(static_cast<std::size_t>(planes_), 0.0);
+            const std::vector<Model>& models = model.levels[k].models;
+            factors_.emplace_back(*device_, std::vector<SpectralForm>(models.begin(), models.end()), t,
                                   model.levels[k].gain * std::sqrt(variance), mean, spare / 4.0);
             spare -= factors_.back().stored_bytes();
             static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
