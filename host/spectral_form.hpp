@@ -45,6 +45,9 @@ struct SpectralForm {
 /// 0.
 [[nodiscard]] Eigen::MatrixXd symmetric_root(const Eigen::MatrixXd& matrix);
 
+/// Its inverse. Eigenvalues are taken as at least 10⁻¹² of the largest.
+[[nodiscard]] Eigen::MatrixXd inverse_symmetric_root(const Eigen::MatrixXd& matrix);
+
 /// The same field seen in another basis of planes, y' = T y: A' = T A T⁻¹, Σ' = T Σ Tᵀ.
 [[nodiscard]] LinearField change_basis(const LinearField& field, const Eigen::MatrixXd& basis,
                                        const Eigen::MatrixXd& inverse);

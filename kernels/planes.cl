@@ -1,5 +1,5 @@
-// From Gaussian eigenplanes to the planes of a picture: m_j = q_j(x_j) (MODELS section 11, "Marginals"), then y = Tᵀ m + μ
-// (MODELS section 3), in one pass.
+// From Gaussian eigenplanes to the planes of a picture: m = q(M x) (MODELS section 11, "Marginals"), then y = Tᵀ m + μ
+// (MODELS section 3), in one pass. Without marginals m = x.
 //
 // q_j is piecewise linear over equal steps of the normal axis, constant beyond the ends; u is the place among the knots.
 
@@ -63,7 +63,7 @@ inline REALN mapped(REALN x, __global const float* table, float scale) {
 #ifdef BTFIELD_KERNEL_restore_planes
 // in [texture][eigenplane][pixel] → out [texture][plane][pixel]; the same memory where r = d.
 //   tables: [eigenplane][knot][2] as above; scale: knots per unit of the normal axis
-//   basis: T, [eigenplane][plane], then μ
+//   basis: T, [eigenplane][plane], then μ, then M
 // Work-item (vector of pixels, texture).
 __kernel void restore_planes(__global const float* in, __global float* out, __global const float* tables, float scale,
                              __global const float* basis, int pixels) {
@@ -74,14 +74,22 @@ __kernel void restore_planes(__global const float* in, __global float* out, __gl
     __global const float* source = in + texture * RANK * (size_t)pixels + at;
     __global float* target = out + texture * D * (size_t)pixels + at;
     REALN m[RANK];
-    UNROLL
-    for (int j = 0; j < RANK; ++j) {
-        REALN x = load_up_to(source + (size_t)j * pixels, count);
 #if KNOTS
-        x = mapped(x, tables + 2 * KNOTS * j, scale);
-#endif
-        m[j] = x;
+    REALN x[RANK];
+    UNROLL
+    for (int j = 0; j < RANK; ++j) x[j] = load_up_to(source + (size_t)j * pixels, count);
+    __global const float* whitening = basis + RANK * D + D;
+    UNROLL
+    for (int i = 0; i < RANK; ++i) {
+        REALN sum = 0.0f;
+        UNROLL
+        for (int j = 0; j < RANK; ++j) sum = fma((REALN)(whitening[i * RANK + j]), x[j], sum);
+        m[i] = mapped(sum, tables + 2 * KNOTS * i, scale);
     }
+#else
+    UNROLL
+    for (int j = 0; j < RANK; ++j) m[j] = load_up_to(source + (size_t)j * pixels, count);
+#endif
     UNROLL
     for (int i = 0; i < D; ++i) {
         REALN y = basis[RANK * D + i];
