@@ -45,7 +45,8 @@ PlaneRestorer::PlaneRestorer(Device::Impl& device, const SpectralBasis& basis,
 
 std::size_t PlaneRestorer::scratch_bytes(Size lattice, int textures) const {
     if (rank_ == planes_) return 0;
-    return sizeof(float) * static_cast<std::size_t>(textures) * static_cast<std::size_t>(planes_) * area(lattice);
+    return sizeof(float) * static_cast<std::size_t>(textures) * static_cast<std::size_t>(planes_) *
+           area(lattice);
 }
 
 DevicePlanes PlaneRestorer::restore(DevicePlanes eigenplanes) {

@@ -18,7 +18,8 @@ class PlaneRestorer {
     /// \throws InputError when basis or marginals are defective (their check()), or do not belong together
     PlaneRestorer(Device::Impl& device, const SpectralBasis& basis, std::span<const Marginal> marginals);
 
-    /// [texture · r + eigenplane] → [texture · d + plane], over the whole lattice. Takes over the memory where r = d.
+    /// [texture · r + eigenplane] → [texture · d + plane], over the whole lattice. Takes over the memory
+    /// where r = d.
     [[nodiscard]] DevicePlanes restore(DevicePlanes eigenplanes);
     /// Bytes that restore() takes beside its argument.
     [[nodiscard]] std::size_t scratch_bytes(Size lattice, int textures) const;
