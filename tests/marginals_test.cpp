@@ -76,7 +76,9 @@ TEST(NormalDistribution, QuantileInvertsTheCumulative) {
     EXPECT_EQ(normal_quantile(0.5), 0.0);
     EXPECT_LE(std::abs(normal_quantile(0.975) - 1.959963984540054), 1e-14);
     EXPECT_LE(std::abs(normal_quantile(1e-20) + 9.262340089798408), 1e-13);
-    EXPECT_LE(std::abs(normal_probability(6.0, 7.0) / 9.853076326352e-10 - 1.0), 1e-10);
+    EXPECT_LE(
+        std::abs(normal_probability(6.0, 7.0) / (9.8658764503769814e-10 - 1.2798125438858350e-12) - 1.0),
+        1e-12);
     EXPECT_LE(std::abs(normal_probability(-1.0, 1.0) - 0.682689492137086), 1e-14);
 }
 
@@ -194,39 +196,37 @@ TEST(Marginals, QuantileIsConstantBeyondTheEnds) {
 
 /// Through the eigenplanes, the normals and back.
 void check_round_trip(const Image& image, int knots) {
+    SCOPED_TRACE(std::to_string(knots) + " knots");
     const SpectralBasis basis = spectral_basis(image);
     const Image planes = to_eigenplanes(basis, image);
     const GaussianPlanes gaussian = gaussianise(planes, knots);
     const Image mapped = map_back(gaussian.planes, gaussian.marginals);
     const Image back = from_eigenplanes(basis, mapped, image.space());
-    const double first = std::sqrt(variance(planes, 0));
+    // 1 % is promised with the default. Fewer knots smooth the steps of a palette, in all eigenplanes at the
+    // same pixels.
+    const double deviation = knots < default_knots ? 0.02 : 0.01;
     for (int p = 0; p < basis.rank; ++p) {
-        // 1 % is promised; sums over ranks of a picture and integrals of a normal differ by what one pixel
-        // weighs.
-        EXPECT_LE(std::abs(std::sqrt(variance(mapped, p) / variance(planes, p)) - 1.0), 0.01)
+        // Exact for a normal; ranks are one but for what a pixel weighs.
+        EXPECT_LE(std::abs(std::sqrt(variance(mapped, p) / variance(planes, p)) - 1.0), 1e-3)
             << "eigenplane " << p;
-        // Steps of a palette are smoothed: up to a third of one step, measured (0.16 of a deviation, EXR
-        // pictures).
-        if (variance(planes, p) > 1e-4 * variance(planes, 0)) {
-            EXPECT_LE(quantile_error(planes.plane(p), mapped.plane(p)), 0.17 * std::sqrt(variance(planes, p)))
-                << "eigenplane " << p;
-        } else {
-            // A nearly constant plane with few strays cannot follow them; nor can the picture show it.
-            EXPECT_LE(quantile_error(planes.plane(p), mapped.plane(p)), 0.017 * first) << "eigenplane " << p;
-        }
+        // Measured: at most 0.16 of a deviation, on pictures of few colours; 0.03 on photographs. An
+        // eigenplane with next to no variance is constant but for strays, which no knots follow and no
+        // picture shows.
+        const double error = quantile_error(planes.plane(p), mapped.plane(p));
+        const double weight = variance(planes, p) / variance(planes, 0);
+        EXPECT_LE(error, (weight > 1e-4 ? 0.17 : 2.0) * std::sqrt(variance(planes, p))) << "eigenplane " << p;
     }
-    std::size_t outside = 0;
     for (int p = 0; p < image.planes(); ++p) {
-        EXPECT_LE(std::abs(std::sqrt(variance(back, p) / variance(image, p)) - 1.0), 0.01) << "plane " << p;
+        EXPECT_LE(std::abs(std::sqrt(variance(back, p) / variance(image, p)) - 1.0), deviation)
+            << "plane " << p;
         EXPECT_LE(std::abs(reference::mean(back, p) - reference::mean(image, p)),
                   1e-3 * std::sqrt(variance(image, p)));
-        // Half a level of 8 bits is nothing that a file shows.
-        for (const float value : back.plane(p))
-            outside += value < -0.5F / 255.0F || value > 1.0F + 0.5F / 255.0F ? 1 : 0;
     }
-    const bool unit = std::ranges::all_of(image.values(), [](float v) { return v >= 0.0F && v <= 1.0F; });
-    if (unit) {
-        EXPECT_LE(static_cast<double>(outside), 1e-4 * static_cast<double>(back.values().size()));
+    // Less than half a level of 8 bits beyond [0, 1] is nothing that a file shows.
+    const auto outside = [](float v) { return !(v >= -0.5F / 255.0F && v <= 1.0F + 0.5F / 255.0F); };
+    if (std::ranges::none_of(image.values(), outside)) {
+        EXPECT_LE(static_cast<double>(std::ranges::count_if(back.values(), outside)),
+                  1e-4 * static_cast<double>(back.values().size()));
     }
 }
 
