@@ -66,12 +66,12 @@ void check_peer(const State& state) {
 void add_planes() {
     const std::string name = "planes, marginals and KLT undone, 512 rgb";
     add(name, [] {
-        struct Device {
+        struct OnDevice {
             State state;
             PlaneRestorer restorer{device().impl(), state.basis, state.gaussian.marginals};
             DevicePlanes planes = upload(state.gaussian.planes);
         };
-        const auto on_device = std::make_shared<Device>();
+        const auto on_device = std::make_shared<OnDevice>();
         return std::pair(work(on_device->state.picture), std::function<void()>([on_device] {
                              on_device->planes = on_device->restorer.restore(std::move(on_device->planes));
                              device().impl().finish();

@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(Widths, PlanesSmall, testing::ValuesIn(test::vector_wid
 
 TEST_P(PlanesSmall, FollowTheReference) {
     for (const auto& [rank, planes] : {std::pair{1, 1}, std::pair{1, 3}, std::pair{3, 3}, std::pair{4, 6}})
-        for (const Size size : {Size{1, 1}, Size{3, 5}, Size{17, 31}})
+        for (const Size size : {Size{1, 1}, Size{17, 31}})
             check_restored(device_, random_basis(rank, planes), random_marginals(rank, 24), size, 2);
 }
 
@@ -140,7 +140,7 @@ TEST_P(Planes, EverySize) {
 }
 
 TEST_P(Planes, EveryRankAndNumberOfKnots) {
-    for (const auto& [rank, planes] : {std::pair{4, 4}, std::pair{7, 8}, std::pair{33, 33}})
+    for (const auto& [rank, planes] : {std::pair{4, 4}, std::pair{7, 8}, std::pair{5, 12}})
         check_restored(device_, random_basis(rank, planes), random_marginals(rank, 16), {19, 23}, 1);
     for (const int knots : {fewest_knots, most_knots})
         check_restored(device_, random_basis(2, 2), random_marginals(2, knots), {19, 23}, 1);
