@@ -15,6 +15,7 @@ void add_all() {
     add_fft();
     add_spectral_solve();
     add_pyramid();
+    add_planes();
     add_lag_covariance();
     add_fit();
     add_synthesis();

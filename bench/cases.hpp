@@ -15,6 +15,7 @@ void add_noise();
 void add_fft();
 void add_spectral_solve();
 void add_pyramid();
+void add_planes();
 void add_lag_covariance();
 void add_fit();
 void add_synthesis();

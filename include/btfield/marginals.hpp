@@ -15,9 +15,9 @@ namespace btfield {
 /// Knots reach this far on the normal axis, both ways: one normal in 2000 lies beyond and takes the end's
 /// value.
 inline constexpr double marginal_reach = 3.5;
-/// Measured (tests/marginals_test.cpp): 16, 24 and 32 knots reproduce quantiles of real pictures to … of a
-/// deviation.
-inline constexpr int default_knots = 24;
+/// Of 16, 24 and 32 knots, 32 left the smallest quantile error on each of 15 pictures, by a few percent of it
+/// on smooth histograms and by a third to a half on the steps of palettes.
+inline constexpr int default_knots = 32;
 inline constexpr int fewest_knots = 4, most_knots = 64;
 
 /// Quantile function q of one plane over the normal axis: piecewise linear between knots x_k = −3.5 + 7 k/(n
