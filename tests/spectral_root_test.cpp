@@ -6,10 +6,12 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "btfield/neighbourhood.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/reference/spectral_root.hpp"
 
@@ -282,6 +284,110 @@ TEST_P(SpectralRootWidths, SolvesMatchFloat64) {
             EXPECT_LE(worst, condition <= 1e4 ? std::min(bound, promise) : bound)
                 << d << " planes, condition " << condition;
         }
+}
+
+/// F_t of the half spectrum by hermitian_factors: [i][j][kx][ky], float32.
+struct LatticeFactors {
+    Size lattice;
+    Index d;
+    std::vector<float> re, im;
+    [[nodiscard]] MatrixXcd get(int kx, int ky) const {
+        MatrixXcd f(d, d);
+        const auto pitch = static_cast<std::size_t>(spectrum_pitch(lattice.height));
+        for (Index i = 0; i < d; ++i)
+            for (Index j = 0; j < d; ++j) {
+                const std::size_t at =
+                    (static_cast<std::size_t>(i * d + j) * static_cast<std::size_t>(lattice.width) +
+                     static_cast<std::size_t>(kx)) *
+                        pitch +
+                    static_cast<std::size_t>(ky);
+                f(i, j) = Complex(static_cast<double>(re[at]), static_cast<double>(im[at]));
+            }
+        return f;
+    }
+};
+
+/// steps: Hermitian field's A_s (PMRF) or those of W (MMRF).
+LatticeFactors lattice_factors(Device& device, const std::vector<Offset>& offsets,
+                               const std::vector<MatrixXd>& steps, const MatrixXd& root, Size lattice,
+                               int factor) {
+    Device::Impl& impl = device.impl();
+    const Index d = root.rows();
+    const int pitch = spectrum_pitch(lattice.height);
+    std::vector<float> coefficients, rows;
+    std::vector<cl_float2> columns;
+    std::vector<cl_int2> places;
+    MatrixXd at_zero = MatrixXd::Identity(d, d);
+    const auto append = [&](const MatrixXd& a) {
+        const std::vector<float> values = packed(a);
+        coefficients.insert(coefficients.end(), values.begin(), values.end());
+    };
+    for (std::size_t s = 0; s < offsets.size(); ++s) {
+        append(steps[s]);
+        at_zero -= steps[s];
+        places.push_back({{static_cast<cl_int>(s), static_cast<cl_int>(s)}});
+        const double row = std::numbers::pi * offsets[s].row / lattice.height;
+        const double column = std::numbers::pi * offsets[s].column / lattice.width;
+        for (int ky = 0; ky < pitch; ++ky) rows.push_back(static_cast<float>(std::cos(row * ky)));
+        for (int ky = 0; ky < pitch; ++ky) rows.push_back(static_cast<float>(std::sin(row * ky)));
+        for (int kx = 0; kx < lattice.width; ++kx)
+            columns.push_back(
+                {{static_cast<float>(std::cos(column * kx)), static_cast<float>(std::sin(column * kx))}});
+    }
+    append(at_zero);
+    append(root);
+    const Buffer c = impl.upload(coefficients), o = impl.upload(places), r = impl.upload(rows),
+                 k = impl.upload(columns);
+    const std::size_t bytes = spectrum_floats(lattice, static_cast<int>(d * d)) * sizeof(float);
+    const Buffer re = impl.buffer(bytes), im = impl.buffer(bytes);
+    impl.launch(
+        kernel(device, "hermitian_factors", d, factor),
+        {static_cast<std::size_t>(pitch / impl.vector_width()), static_cast<std::size_t>(lattice.width)},
+        Grain::coarse, c, o, r, k, static_cast<cl_int>(offsets.size()), re, im, lattice.width, pitch);
+    return {lattice, d, test::read_all<float>(device, re), test::read_all<float>(device, im)};
+}
+
+TEST_P(SpectralRootWidths, FactorsOfEveryFrequencyMatchFloat64) {
+    for (const int d : {1, 2, 3}) {
+        const auto offsets = neighbourhood(2, NeighbourhoodKind::symmetric);
+        std::vector<MatrixXd> steps(offsets.size());
+        for (std::size_t s = 0; s < offsets.size(); ++s)
+            for (std::size_t t = 0; t <= s; ++t) {
+                if (offsets[t] != -offsets[s]) continue;
+                // 8 of at most 0.11: Λ is at least 0.1 everywhere.
+                MatrixXd a = random_matrix(d).real();
+                a *= 0.11 / a.norm();
+                steps[s] = a, steps[t] = a.transpose();
+            }
+        const MatrixXd root = noise_root(d, 10.0);
+        for (const Size lattice : {Size{1, 1}, Size{6, 5}, Size{13, 4}, Size{34, 3}})
+            for (const int factor : {1, 2}) {
+                const LatticeFactors found = lattice_factors(device_, offsets, steps, root, lattice, factor);
+                for (int kx = 0; kx < lattice.width; ++kx)
+                    for (int ky = 0; ky <= lattice.height / 2; ++ky) {
+                        MatrixXcd lambda = MatrixXcd::Identity(d, d);
+                        for (std::size_t s = 0; s < offsets.size(); ++s) {
+                            const double turns = static_cast<double>(ky) * offsets[s].row / lattice.height +
+                                                 static_cast<double>(kx) * offsets[s].column / lattice.width;
+                            lambda -=
+                                steps[s].cast<Complex>() * std::polar(1.0, 2.0 * std::numbers::pi * turns);
+                        }
+                        const MatrixXcd expected = factor == 1 ? reference::mmrf_factor(lambda, root)
+                                                               : reference::pmrf_factor(lambda, root);
+                        // Λ is summed from 8 rounded terms and M, of norm 2.7 in all; cond Λ <= 19 twice (Λ⁻¹
+                        // and the condition of Σ^{1/2}).
+                        EXPECT_LE(error(found.get(kx, ky), expected),
+                                  4.0 * test::unit_roundoff * (d + 1.0) * 2.7 / 0.1 * std::sqrt(10.0))
+                            << d << " planes, form " << factor << ", kx " << kx << ", ky " << ky;
+                        // F_{−t} = conj(F_t), to the rounding of the tables.
+                        if (ky == 0) {
+                            const int mirror = kx == 0 ? 0 : lattice.width - kx;
+                            EXPECT_LE(error(found.get(mirror, 0).conjugate(), found.get(kx, 0)),
+                                      8.0 * test::unit_roundoff * (d + 1.0) * 2.7 / 0.1 * std::sqrt(10.0));
+                        }
+                    }
+            }
+    }
 }
 
 TEST_P(SpectralRootWidths, RootsScale) {
