@@ -14,6 +14,7 @@ void add_all() {
     add_noise();
     add_fft();
     add_spectral_solve();
+    add_spectral_root();
     add_pyramid();
     add_planes();
     add_lag_covariance();

@@ -14,6 +14,7 @@ void add_ceiling();
 void add_noise();
 void add_fft();
 void add_spectral_solve();
+void add_spectral_root();
 void add_pyramid();
 void add_planes();
 void add_lag_covariance();
