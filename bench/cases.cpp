@@ -17,6 +17,8 @@ void add_all() {
     add_pyramid();
     add_lag_covariance();
     add_fit();
+    add_convolve();
+    add_causal_recursion();
     add_synthesis();
 }
 

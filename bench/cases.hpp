@@ -17,6 +17,8 @@ void add_spectral_solve();
 void add_pyramid();
 void add_lag_covariance();
 void add_fit();
+void add_convolve();
+void add_causal_recursion();
 void add_synthesis();
 void add_all();
 
