@@ -19,6 +19,8 @@ void add_all() {
     add_planes();
     add_lag_covariance();
     add_fit();
+    add_convolve();
+    add_causal_recursion();
     add_synthesis();
 }
 

@@ -19,6 +19,8 @@ void add_pyramid();
 void add_planes();
 void add_lag_covariance();
 void add_fit();
+void add_convolve();
+void add_causal_recursion();
 void add_synthesis();
 void add_all();
 
