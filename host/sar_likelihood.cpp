@@ -1,0 +1,304 @@
+#include "host/sar_likelihood.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "btfield/fit.hpp"
+#include "host/least_squares.hpp"
+#include "host/sar_newton.hpp"
+#include "host/sar_objective.hpp"
+#include "host/spectral_density.hpp"
+
+namespace btfield {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using std::size_t;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// y' = T y, planes of variance one.
+struct Basis {
+    MatrixXd forward, inverse;
+};
+
+/// Uncorrelated planes where all pairs of planes are coupled; otherwise they are only scaled.
+Basis working_basis(const MatrixXd& covariance, bool turn) {
+    const VectorXd deviation = covariance.diagonal().cwiseSqrt();
+    if (!turn) return {deviation.cwiseInverse().asDiagonal(), deviation.asDiagonal()};
+    const MatrixXd correlation =
+        deviation.cwiseInverse().asDiagonal() * covariance * deviation.cwiseInverse().asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
+    const VectorXd root = solver.eigenvalues().cwiseMax(1e-14).cwiseSqrt();
+    return {MatrixXd(root.cwiseInverse().asDiagonal() * solver.eigenvectors().transpose() *
+                     deviation.cwiseInverse().asDiagonal()),
+            MatrixXd(deviation.asDiagonal() * solver.eigenvectors() * root.asDiagonal())};
+}
+
+/// C(t − s) in the basis, rows and columns (s, j).
+MatrixXd moments_in(const Basis& basis, const LagCovariance& statistic, const std::vector<Offset>& terms) {
+    const Index d = statistic.planes(), count = static_cast<Index>(terms.size());
+    MatrixXd result(count * d, count * d), c(d, d);
+    for (Index s = 0; s < count; ++s) {
+        for (Index t = 0; t < count; ++t) {
+            for (Index j = 0; j < d; ++j) {
+                for (Index k = 0; k < d; ++k) {
+                    c(j, k) = statistic(static_cast<int>(j), static_cast<int>(k),
+                                        terms[static_cast<size_t>(t)] - terms[static_cast<size_t>(s)]);
+                }
+            }
+            result.block(s * d, t * d, d, d) = basis.forward * c * basis.forward.transpose();
+        }
+    }
+    return result;
+}
+
+/// The likelihood in the working basis, and the way from models to its unknowns and back. Unknowns of near
+/// neighbours come first: those of the nearest few terms are a smaller model's.
+class Problem {
+  public:
+    /// \param shape support, per-pair sets
+    Problem(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise)
+        : shape_(shape),
+          noise_(noise),
+          basis_(working_basis(lag_zero(statistic), noise == NoiseForm::full && shape.active.empty())) {
+        sort_terms();
+        make_layout();
+        moments_ = moments_in(basis_, statistic, layout_.terms);
+    }
+
+    [[nodiscard]] const SarObjective::Layout& layout() const { return layout_; }
+    [[nodiscard]] SarObjective objective(Index terms) const {
+        SarObjective::Layout part = layout_;
+        const Index d = shape_.planes;
+        part.terms.resize(static_cast<size_t>(terms));
+        part.place.resize(static_cast<size_t>(terms * d * d));
+        part.unknowns = *std::max_element(part.place.begin(), part.place.end()) + 1;
+        return {std::move(part), moments_.topLeftCorner(terms * d, terms * d)};
+    }
+
+    /// Numbers of terms of ever larger models, the centre alone excluded and the whole one included, each
+    /// some half larger than the one before. Terms of equal length stay together.
+    [[nodiscard]] std::vector<Index> stages() const {
+        const auto count = static_cast<Index>(layout_.terms.size());
+        std::vector<Index> result;
+        for (Index k = 2; k < count; ++k) {
+            if (length(layout_.terms[static_cast<size_t>(k)]) ==
+                length(layout_.terms[static_cast<size_t>(k - 1)]))
+                continue;
+            if (2 * (k - 1) >= 3 * (result.empty() ? 2 : result.back() - 1)) result.push_back(k);
+        }
+        if (!result.empty() && 4 * (count - 1) < 5 * (result.back() - 1)) result.pop_back();
+        result.push_back(count);
+        return result;
+    }
+
+    /// B = I.
+    [[nodiscard]] VectorXd white() const {
+        VectorXd x = VectorXd::Zero(layout_.unknowns);
+        const Index d = shape_.planes;
+        for (Index i = 0; i < d; ++i) x[layout_.place[static_cast<size_t>(i * d + i)]] = 1.0;
+        return x;
+    }
+    [[nodiscard]] VectorXd unknowns_of(const SarModel& model) const {
+        const LinearField turned = change_basis(model, basis_.forward, basis_.inverse);
+        const Index d = shape_.planes;
+        const MatrixXd lower = noise_matrix(turned).llt().matrixL();
+        const MatrixXd root = lower.triangularView<Eigen::Lower>().solve(MatrixXd::Identity(d, d));
+        VectorXd x(layout_.unknowns);
+        for (Index s = 0; s < static_cast<Index>(layout_.terms.size()); ++s) {
+            MatrixXd b = root;
+            if (s > 0) b = -root * block(turned.coefficients.data(), from_[static_cast<size_t>(s)]);
+            for (Index e = 0; e < d * d; ++e) {
+                const Index place = layout_.place[static_cast<size_t>(s * d * d + e)];
+                if (place >= 0) x[place] = b(e / d, e % d);
+            }
+        }
+        return x;
+    }
+    /// \param b entries of all b_s
+    [[nodiscard]] SarModel model(const VectorXd& b) const {
+        const Index d = shape_.planes;
+        const MatrixXd root =
+            block(b.data(), 0).triangularView<Eigen::Lower>().solve(MatrixXd::Identity(d, d));
+        SarModel result = shape_;
+        for (Index s = 1; s < static_cast<Index>(layout_.terms.size()); ++s) {
+            Eigen::Map<RowMajor> a(result.coefficients.data() + from_[static_cast<size_t>(s)] * d * d, d, d);
+            a = -(basis_.inverse * (root * block(b.data(), s)) * basis_.forward);
+        }
+        const MatrixXd colour = basis_.inverse * root;
+        MatrixXd noise = colour * colour.transpose();
+        if (noise_ == NoiseForm::diagonal) noise = MatrixXd(noise.diagonal().asDiagonal());
+        for (Index i = 0; i < d; ++i) {
+            for (Index j = 0; j < d; ++j)
+                result.noise_covariance[static_cast<size_t>(i * d + j)] = noise(std::min(i, j), std::max(i, j));
+        }
+        return result;
+    }
+
+  private:
+    static int length(Offset s) { return s.row * s.row + s.column * s.column; }
+    [[nodiscard]] MatrixXd block(const double* values, Index k) const {
+        const Index d = shape_.planes;
+        return Eigen::Map<const RowMajor>(values + k * d * d, d, d);
+    }
+    void sort_terms() {
+        std::vector<Index> order(shape_.offsets.size());
+        for (size_t k = 0; k < order.size(); ++k) order[k] = static_cast<Index>(k);
+        std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
+            return length(shape_.offsets[static_cast<size_t>(a)]) <
+                   length(shape_.offsets[static_cast<size_t>(b)]);
+        });
+        layout_.terms.push_back({});
+        from_.push_back(-1);
+        for (const Index k : order) {
+            layout_.terms.push_back(shape_.offsets[static_cast<size_t>(k)]);
+            from_.push_back(k);
+        }
+    }
+    void make_layout() {
+        const Index d = shape_.planes;
+        const std::vector<Offset>& terms = layout_.terms;
+        layout_.planes = shape_.planes;
+        layout_.place.assign(terms.size() * static_cast<size_t>(d * d), -1);
+        for (Index i = 0; i < d; ++i) {
+            for (Index j = 0; j <= i; ++j) {
+                if (i == j || noise_ == NoiseForm::full)
+                    layout_.place[static_cast<size_t>(i * d + j)] = layout_.unknowns++;
+            }
+        }
+        layout_.real = d == 1 && is_symmetric();
+        for (size_t s = 1; s < terms.size(); ++s) {
+            if (layout_.real) {
+                const auto opposite =
+                    static_cast<size_t>(std::find(terms.begin(), terms.end(), -terms[s]) - terms.begin());
+                layout_.place[s] = opposite < s ? layout_.place[opposite] : layout_.unknowns++;
+                continue;
+            }
+            const Index first = from_[s] * d * d;
+            for (Index e = 0; e < d * d; ++e) {
+                if (!shape_.active.empty() && shape_.active[static_cast<size_t>(first + e)] == 0) continue;
+                layout_.place[s * static_cast<size_t>(d * d) + static_cast<size_t>(e)] = layout_.unknowns++;
+            }
+        }
+    }
+    [[nodiscard]] bool is_symmetric() const {
+        return std::all_of(shape_.offsets.begin(), shape_.offsets.end(), [&](Offset s) {
+            return std::find(shape_.offsets.begin(), shape_.offsets.end(), -s) != shape_.offsets.end();
+        });
+    }
+
+    SarModel shape_;
+    NoiseForm noise_;
+    Basis basis_;
+    SarObjective::Layout layout_;
+    std::vector<Index> from_;  ///< place of each term among the offsets
+    MatrixXd moments_;
+};
+
+/// One end point.
+struct Candidate {
+    Descent end;
+    SarModel model;
+    Examination examination;
+    int grid = 0;
+    bool guarded = false;
+    [[nodiscard]] bool valid() const { return examination.certificate.valid; }
+};
+
+class Fit {
+  public:
+    Fit(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise,
+        const LikelihoodOptions& options)
+        : statistic_(statistic), options_(options), problem_(statistic, shape, noise),
+          whole_(problem_.objective(static_cast<Index>(problem_.layout().terms.size()))) {}
+
+    [[nodiscard]] int steps() const { return steps_; }
+    [[nodiscard]] const Problem& problem() const { return problem_; }
+    SarObjective& objective() { return whole_; }
+
+    /// From white noise through smaller models.
+    VectorXd grow(int side, SarObjective::Guard guard, double tolerance) {
+        VectorXd x = problem_.white();
+        for (const Index terms : problem_.stages()) {
+            if (terms == static_cast<Index>(problem_.layout().terms.size())) break;
+            SarObjective part = problem_.objective(terms);
+            part.set_grid(side);
+            part.set_guard(guard);
+            const Index unknowns = part.layout().unknowns;
+            x.head(unknowns) = run(part, x.head(unknowns), tolerance).x;
+        }
+        return x;
+    }
+    Candidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard) {
+        double tolerance = first_tolerance;
+        whole_.set_guard(guard);
+        for (int grid = first_side; grid < side; grid *= 2) {
+            whole_.set_grid(grid);
+            x = run(whole_, x, tolerance).x;
+            tolerance = middle_tolerance;
+        }
+        whole_.set_grid(side);
+        return examined(run(whole_, x, last_tolerance));
+    }
+
+  private:
+    Descent run(SarObjective& objective, const VectorXd& x, double tolerance) {
+        Descent end = descend(objective, x, tolerance, options_.most_steps);
+        steps_ += end.steps;
+        return end;
+    }
+    Candidate examined(Descent end) {
+        Candidate result;
+        result.guarded = whole_.is_guarded();
+        result.grid = whole_.side();
+        result.model = problem_.model(whole_.entries(end.x));
+        result.examination = examine(result.model, statistic_);
+        result.end = std::move(end);
+        return result;
+    }
+    static constexpr double first_tolerance = 1e-3, middle_tolerance = 1e-7, last_tolerance = 1e-15;
+
+    const LagCovariance& statistic_;
+    const LikelihoodOptions& options_;
+    Problem problem_;
+    SarObjective whole_;
+    int steps_ = 0;
+};
+
+}  // namespace
+
+SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
+                                    const std::vector<Offset>& offsets,
+                                    const std::vector<std::uint8_t>& active, NoiseForm noise,
+                                    const LikelihoodOptions& options) {
+    // It also says what is wrong with the request.
+    const SarModel least_squares = fit_sar(statistic, kind, offsets, active, noise);
+    Fit fit(statistic, least_squares, noise, options);
+    static const int g0 = std::getenv("G0") ? std::atoi(std::getenv("G0")) : 32;
+    static const double tn = std::getenv("TN") ? std::atof(std::getenv("TN")) : 1e-2;
+    static const double thr = std::getenv("THR") ? std::atof(std::getenv("THR")) : 2;
+    const SarObjective::Guard guard{1.0, thr};
+    const VectorXd grown = fit.grow(g0, guard, tn);
+    Candidate best = fit.finish(grown, g0, 128, guard);
+    SarLikelihoodFit result;
+    result.iterations = fit.steps();
+    result.model = best.model;
+    result.examination = best.examination;
+    result.converged = best.end.converged;
+    result.gradient = best.end.gradient;
+    result.log_likelihood = best.end.likelihood;
+    result.grid = best.grid;
+    result.guarded = best.guarded;
+    return result;
+}
+
+}  // namespace btfield
