@@ -5,11 +5,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
 
+#include "btfield/error.hpp"
 #include "btfield/fit.hpp"
 #include "host/least_squares.hpp"
 #include "host/sar_newton.hpp"
@@ -139,8 +140,43 @@ class Problem {
         if (noise_ == NoiseForm::diagonal) noise = MatrixXd(noise.diagonal().asDiagonal());
         for (Index i = 0; i < d; ++i) {
             for (Index j = 0; j < d; ++j)
-                result.noise_covariance[static_cast<size_t>(i * d + j)] = noise(std::min(i, j), std::max(i, j));
+                result.noise_covariance[static_cast<size_t>(i * d + j)] =
+                    noise(std::min(i, j), std::max(i, j));
         }
+        return result;
+    }
+
+    /// \param factor lower Cholesky factor of the Hessian
+    /// \param pixels of the picture
+    [[nodiscard]] std::vector<double> standard_errors(const VectorXd& b, const MatrixXd& factor,
+                                                      double pixels) const {
+        const Index d = shape_.planes, count = static_cast<Index>(layout_.terms.size());
+        const MatrixXd root =
+            block(b.data(), 0).triangularView<Eigen::Lower>().solve(MatrixXd::Identity(d, d));
+        const MatrixXd left = basis_.inverse * root;
+        // A_s = −T⁻¹ B_0⁻¹ b_s T, dA_s = −T⁻¹ B_0⁻¹ (db_s + dB_0 A'_s) T with A'_s = −B_0⁻¹ b_s.
+        MatrixXd jacobian = MatrixXd::Zero(layout_.unknowns, (count - 1) * d * d);
+        const auto add = [&](Index unknown, Index s, Index p, const Eigen::RowVectorXd& right) {
+            if (unknown < 0) return;
+            const Index first = from_[static_cast<size_t>(s)] * d * d;
+            for (Index i = 0; i < d; ++i) {
+                for (Index j = 0; j < d; ++j) jacobian(unknown, first + i * d + j) -= left(i, p) * right[j];
+            }
+        };
+        for (Index s = 1; s < count; ++s) {
+            const MatrixXd turned = -root * block(b.data(), s) * basis_.forward;
+            for (Index p = 0; p < d; ++p) {
+                for (Index q = 0; q < d; ++q) {
+                    add(layout_.place[static_cast<size_t>(p * d + q)], s, p, turned.row(q));
+                    add(layout_.place[static_cast<size_t>((s * d + p) * d + q)], s, p, basis_.forward.row(q));
+                }
+            }
+        }
+        // f is −2/M times the log-likelihood: the covariance of the unknowns is 2/M H⁻¹.
+        const MatrixXd scaled = factor.triangularView<Eigen::Lower>().solve(jacobian);
+        std::vector<double> result;
+        for (Index k = 0; k < scaled.cols(); ++k)
+            result.push_back(std::sqrt(2.0 / pixels) * scaled.col(k).norm());
         return result;
     }
 
@@ -218,7 +254,9 @@ class Fit {
   public:
     Fit(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise,
         const LikelihoodOptions& options)
-        : statistic_(statistic), options_(options), problem_(statistic, shape, noise),
+        : statistic_(statistic),
+          options_(options),
+          problem_(statistic, shape, noise),
           whole_(problem_.objective(static_cast<Index>(problem_.layout().terms.size()))) {}
 
     [[nodiscard]] int steps() const { return steps_; }
@@ -238,6 +276,8 @@ class Fit {
         }
         return x;
     }
+    /// Descends on ever finer grids. Where the guard is at work in the end, it is taken away; if the model is
+    /// not valid without it, it stays.
     Candidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard) {
         double tolerance = first_tolerance;
         whole_.set_guard(guard);
@@ -247,7 +287,27 @@ class Fit {
             tolerance = middle_tolerance;
         }
         whole_.set_grid(side);
-        return examined(run(whole_, x, last_tolerance));
+        Candidate result = examined(run(whole_, x, last_tolerance));
+        if (!result.guarded || !result.valid()) return result;
+        whole_.set_guard({});
+        Candidate free = examined(run(whole_, result.end.x, last_tolerance));
+        return free.valid() && free.end.converged ? free : result;
+    }
+
+    /// f of a model on the grid of the last steps, without guard.
+    double likelihood_of(const SarModel& model) {
+        whole_.set_guard({});
+        return whole_.value(problem_.unknowns_of(model));
+    }
+
+    std::vector<double> standard_errors(const Candidate& at) {
+        whole_.set_guard({});
+        whole_.set_grid(at.grid);
+        (void)whole_.value(at.end.x);
+        const Eigen::LLT<MatrixXd> factor(whole_.derivatives().hessian);
+        if (factor.info() != Eigen::Success) return {};
+        return problem_.standard_errors(whole_.entries(at.end.x), factor.matrixL(),
+                                        static_cast<double>(area(statistic_.size())));
     }
 
   private:
@@ -274,6 +334,34 @@ class Fit {
     int steps_ = 0;
 };
 
+/// Whittle log-likelihood per pixel: −½ (d ln 2π + ln det Σ − 2 mean_t ln |det Λ_t| + tr(Σ⁻¹ Ê)), Ê the
+/// covariance of the prediction errors.
+double log_likelihood(const LinearField& field, const LagCovariance& statistic, double mean_log_determinant) {
+    const Eigen::LLT<MatrixXd> factor(noise_matrix(field));
+    const MatrixXd lower = factor.matrixL();
+    const double log_noise = 2.0 * lower.diagonal().array().log().sum();
+    const double quadratic = factor.solve(residual_covariance(field, statistic)).trace();
+    return -0.5 * (field.planes * std::log(2.0 * std::numbers::pi) + log_noise - 2.0 * mean_log_determinant +
+                   quadratic);
+}
+
+/// With full Σ, rows of Σ^{-1/2} Λ are mixtures of an equation and those above it.
+void check_sets(const SarModel& shape, NoiseForm noise) {
+    if (noise == NoiseForm::diagonal || shape.active.empty()) return;
+    const auto d = static_cast<size_t>(shape.planes);
+    for (size_t s = 0; s < shape.offsets.size(); ++s) {
+        for (size_t i = 1; i < d; ++i) {
+            for (size_t j = 0; j < d; ++j) {
+                if (shape.active[(s * d + i - 1) * d + j] <= shape.active[(s * d + i) * d + j]) continue;
+                throw InputError("maximum-likelihood MSAR fit with full noise and per-pair sets",
+                                 "plane " + std::to_string(i) + " has a neighbour that plane " +
+                                     std::to_string(i + 1) + " lacks",
+                                 "use diagonal noise, or sets that grow from plane to plane");
+            }
+        }
+    }
+}
+
 }  // namespace
 
 SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
@@ -282,22 +370,35 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, Neighbourhoo
                                     const LikelihoodOptions& options) {
     // It also says what is wrong with the request.
     const SarModel least_squares = fit_sar(statistic, kind, offsets, active, noise);
+    check_sets(least_squares, noise);
     Fit fit(statistic, least_squares, noise, options);
-    static const int g0 = std::getenv("G0") ? std::atoi(std::getenv("G0")) : 32;
-    static const double tn = std::getenv("TN") ? std::atof(std::getenv("TN")) : 1e-2;
-    static const double thr = std::getenv("THR") ? std::atof(std::getenv("THR")) : 2;
-    const SarObjective::Guard guard{1.0, thr};
-    const VectorXd grown = fit.grow(g0, guard, tn);
-    Candidate best = fit.finish(grown, g0, 128, guard);
+    constexpr SarObjective::Guard usual{1.0, 2.0}, tight{1.0, 1.0}, strong{10.0, 1.0};
+    const VectorXd grown = fit.grow(32, usual, 1e-2);
+    Candidate best = fit.finish(grown, 32, 128, usual);
+    const auto consider = [&](Candidate other) {
+        if (other.valid() && (!best.valid() || other.end.likelihood < best.end.likelihood))
+            best = std::move(other);
+    };
+    if (!best.valid()) consider(fit.finish(grown, 64, 256, tight));
+    if (!best.valid()) consider(fit.finish(fit.problem().white(), 64, 256, strong));
+    // Least squares may be near a better optimum.
+    if (fit.likelihood_of(least_squares) < best.end.likelihood &&
+        examine(least_squares, statistic).certificate.valid) {
+        consider(fit.finish(fit.problem().unknowns_of(least_squares), 128, 128, usual));
+    }
+
     SarLikelihoodFit result;
+    result.log_likelihood = best.valid()
+                                ? log_likelihood(best.model, statistic, best.examination.log_determinant)
+                                : std::numeric_limits<double>::quiet_NaN();
+    if (options.standard_errors) result.standard_errors = fit.standard_errors(best);
     result.iterations = fit.steps();
-    result.model = best.model;
-    result.examination = best.examination;
     result.converged = best.end.converged;
     result.gradient = best.end.gradient;
-    result.log_likelihood = best.end.likelihood;
     result.grid = best.grid;
     result.guarded = best.guarded;
+    result.model = std::move(best.model);
+    result.examination = std::move(best.examination);
     return result;
 }
 

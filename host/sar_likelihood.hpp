@@ -29,13 +29,14 @@ struct SarLikelihoodFit {
     bool converged = false;  ///< the gradient vanishes
     double gradient = 0.0;   ///< its largest entry, planes in units of their standard deviation
     int grid = 0;            ///< side of the frequency grid of the last steps
-    bool guarded = false;    ///< the variance guard stayed on: its optimum certifies and the free one does not
+    bool guarded = false;  ///< the variance guard stayed on: its optimum certifies and the free one does not
     /// Of the coefficients, laid out as they are, from the inverse Hessian; empty unless asked for.
     std::vector<double> standard_errors;
 };
 
 /// Reads the data through the lag covariances alone.
-/// \throws InputError as fit_sar() does
+/// \throws InputError as fit_sar() does, and for per-pair sets with full noise unless every equation's sets
+/// hold those of the equations above it: Σ^{-1/2} Λ has no zeros to keep then
 [[nodiscard]] SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
                                                   const std::vector<Offset>& offsets,
                                                   const std::vector<std::uint8_t>& active, NoiseForm noise,

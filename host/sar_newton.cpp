@@ -2,10 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 namespace btfield {
@@ -14,10 +11,49 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// |H|⁻¹, eigenvalues replaced by their absolute values: saddle points repel.
+class Inverse {
+  public:
+    explicit Inverse(const MatrixXd& hessian) : factor_(hessian) {
+        if (factor_.info() == Eigen::Success) return;
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
+        vectors_ = solver.eigenvectors();
+        values_ = solver.eigenvalues().cwiseAbs().cwiseMax(1e-6);
+    }
+    [[nodiscard]] bool indefinite() const { return values_.size() > 0; }
+    [[nodiscard]] VectorXd apply(const VectorXd& g) const {
+        if (!indefinite()) return factor_.solve(g);
+        return vectors_ * (vectors_.transpose() * g).cwiseQuotient(values_);
+    }
+
+  private:
+    Eigen::LLT<MatrixXd> factor_;
+    MatrixXd vectors_;
+    VectorXd values_;
+};
+
+/// a of the path x + t v + t² a that follows a curved valley: −½ H⁻¹ ∇³f[v, v] (Transtrum and Sethna's
+/// geodesic acceleration), from the gradient a small way along v.
+VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::Derivatives& at,
+              const Inverse& inverse, const VectorXd& step) {
+    constexpr double way = 0.1;
+    if (inverse.indefinite() || !std::isfinite(objective.value(x + way * step)))
+        return VectorXd::Zero(x.size());
+    const auto hessian = at.hessian.selfadjointView<Eigen::Lower>();
+    const VectorXd linear = hessian * step;
+    const VectorXd third = (objective.gradient() - at.gradient - way * linear) / (way * way);
+    VectorXd result = -inverse.apply(third);
+    // Longer than the step itself it tells nothing.
+    const VectorXd along = hessian * result;
+    const double length = result.dot(along), limit = step.dot(linear);
+    if (!(length <= limit)) result *= std::sqrt(limit / length);
+    if (!result.allFinite()) result.setZero();
+    return result;
+}
+
 }  // namespace
 
 Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_steps) {
-    static const bool verbose = std::getenv("MSAR_V") != nullptr;
     Descent result;
     result.x = std::move(x);
     result.value = objective.value(result.x);
@@ -26,31 +62,19 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
     for (;; ++result.steps) {
         const SarObjective::Derivatives at = objective.derivatives();
         result.gradient = at.gradient.cwiseAbs().maxCoeff();
-        const Eigen::LLT<MatrixXd> factor(at.hessian);
-        const bool convex = factor.info() == Eigen::Success;
-        VectorXd step;
-        int negative = 0;
-        if (convex) {
-            step = -factor.solve(at.gradient);
-        } else {
-            const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(at.hessian);
-            const VectorXd along = solver.eigenvectors().transpose() * at.gradient;
-            negative = static_cast<int>((solver.eigenvalues().array() < 0.0).count());
-            step = -(solver.eigenvectors() * along.cwiseQuotient(solver.eigenvalues().cwiseAbs().cwiseMax(1e-6)));
-        }
+        const Inverse inverse(at.hessian);
+        const VectorXd step = -inverse.apply(at.gradient);
         const double slope = at.gradient.dot(step);
-        if (!std::isfinite(slope)) return result;
-        if (-0.5 * slope <= tolerance) {
-            result.converged = true;
-            return result;
-        }
-        if (result.steps >= most_steps) return result;
-        double length = 1.0, value = 0.0;
-        VectorXd next;
+        result.converged = -0.5 * slope <= tolerance;
+        if (result.converged || result.steps >= most_steps || !std::isfinite(slope)) return result;
+        VectorXd curve = VectorXd::Zero(step.size());
+        if (-0.5 * slope > 1e-12) curve = bend(objective, result.x, at, inverse, step);
         // Differences of f below its own rounding decide nothing.
         const double rounding = 1e-14 * (1.0 + std::abs(result.value));
+        double length = 1.0, value = 0.0;
+        VectorXd next;
         for (;; length *= 0.5) {
-            next = result.x + length * step;
+            next = result.x + length * step + (length * length) * curve;
             value = objective.value(next);
             if (value <= result.value + 1e-4 * length * slope + rounding) break;
             if (length < 1e-8) {
@@ -58,9 +82,6 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
                 return result;
             }
         }
-        if (verbose)
-            std::printf("   %3d f %.8f like %.8f |g| %.1e dec %.1e len %g neg %d\n", result.steps, value,
-                        objective.likelihood(), result.gradient, -0.5 * slope, length, negative);
         result.x = std::move(next);
         result.value = value;
         result.likelihood = objective.likelihood();

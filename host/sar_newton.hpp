@@ -15,8 +15,8 @@ struct Descent {
     bool converged = false;
 };
 
-/// Newton's method with Armijo's rule from x, until a step would gain less than `tolerance`. Where the Hessian is
-/// not positive definite, as much of 2 C_model(t − s) is added as makes it so.
+/// Newton's method with Armijo's rule from x, until a step would gain less than `tolerance`. Where the
+/// Hessian is not positive definite, as much of 2 C_model(t − s) is added as makes it so.
 [[nodiscard]] Descent descend(SarObjective& objective, Eigen::VectorXd x, double tolerance, int most_steps);
 
 }  // namespace btfield

@@ -95,7 +95,7 @@ double SarObjective::value(const VectorXd& x) {
     return likelihood_ + 0.5 * guard_.strength * excess_.squaredNorm();
 }
 
-SarObjective::Derivatives SarObjective::derivatives() const {
+SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
     const Index d = layout_.planes, entries = d * d, terms = static_cast<Index>(layout_.terms.size());
     // Fields: B⁻¹, products of two of its entries, and B⁻¹_{mi} S_{jm} for every plane m whose variance is
     // guarded.
@@ -108,19 +108,19 @@ SarObjective::Derivatives SarObjective::derivatives() const {
     Index fields = entries;
     std::vector<Index> pair_place(static_cast<size_t>(entries * entries));
     for (Index e = 0; e < entries; ++e) {
-        for (Index f = e; f < entries; ++f, ++fields) {
+        for (Index f = e; twice && f < entries; ++f, ++fields) {
             pair_place[static_cast<size_t>(e * entries + f)] = fields;
             pair_place[static_cast<size_t>(f * entries + e)] = fields;
         }
     }
     const Index first_guard = fields;
     fields += static_cast<Index>(guarded.size()) * entries;
-    const Offset box{2 * reach_.row, 2 * reach_.column};
+    const Offset box = twice ? Offset{2 * reach_.row, 2 * reach_.column} : reach_;
     const RowMajor means = spectrum_->moments(fields, box, [&](const RowMajor& inverse, RowMajor& values) {
         values.topRows(2 * entries) = inverse;
         Index field = entries;
         for (Index e = 0; e < entries; ++e) {
-            for (Index f = e; f < entries; ++f, ++field)
+            for (Index f = e; twice && f < entries; ++f, ++field)
                 multiply_fields(inverse, e, inverse, f, values, field);
         }
         if (guarded.empty()) return;
@@ -136,7 +136,6 @@ SarObjective::Derivatives SarObjective::derivatives() const {
 
     Derivatives result;
     result.gradient.setZero(layout_.unknowns);
-    result.hessian.setZero(layout_.unknowns, layout_.unknowns);
     MatrixXd slopes = MatrixXd::Zero(layout_.unknowns, static_cast<Index>(guarded.size()));
     for (Index s = 0; s < terms; ++s) {
         const Index lag = lag_place(layout_.terms[static_cast<size_t>(s)], box);
@@ -158,7 +157,11 @@ SarObjective::Derivatives SarObjective::derivatives() const {
             }
         }
     }
+    for (size_t g = 0; g < guarded.size(); ++g)
+        result.gradient += guard_.strength * excess_[guarded[g]] * slopes.col(static_cast<Index>(g));
+    if (!twice) return result;
     // 2 Re mean [B⁻¹]_{li} [B⁻¹]_{jk} e^{iω(s+t)}
+    result.hessian.setZero(layout_.unknowns, layout_.unknowns);
     for (Index s = 0; s < terms; ++s) {
         for (Index t = 0; t < terms; ++t) {
             const double* at = means
@@ -183,7 +186,6 @@ SarObjective::Derivatives SarObjective::derivatives() const {
     add_quadratic(moments_, result.hessian);
     for (size_t g = 0; g < guarded.size(); ++g) {
         const VectorXd slope = slopes.col(static_cast<Index>(g));
-        result.gradient += guard_.strength * excess_[guarded[g]] * slope;
         result.hessian.selfadjointView<Eigen::Lower>().rankUpdate(slope, guard_.strength);
     }
     return result;
@@ -192,14 +194,13 @@ SarObjective::Derivatives SarObjective::derivatives() const {
 MatrixXd SarObjective::model_hessian() const {
     const Index d = layout_.planes, terms = static_cast<Index>(layout_.terms.size());
     const Offset box{2 * reach_.row, 2 * reach_.column};
-    const RowMajor means = spectrum_->moments(d * d, box, [&](const RowMajor& inverse, RowMajor& values) {
-        fill_density(inverse, d, values, 0);
-    });
+    const RowMajor means = spectrum_->moments(
+        d * d, box, [&](const RowMajor& inverse, RowMajor& values) { fill_density(inverse, d, values, 0); });
     MatrixXd model(terms * d, terms * d);
     for (Index s = 0; s < terms; ++s) {
         for (Index t = 0; t < terms; ++t) {
-            const Index lag = lag_place(
-                layout_.terms[static_cast<size_t>(s)] - layout_.terms[static_cast<size_t>(t)], box);
+            const Index lag =
+                lag_place(layout_.terms[static_cast<size_t>(s)] - layout_.terms[static_cast<size_t>(t)], box);
             for (Index j = 0; j < d; ++j) {
                 for (Index l = 0; l < d; ++l) model(s * d + j, t * d + l) = means(lag, j * d + l);
             }

@@ -1,6 +1,7 @@
 #pragma once
 
-// The likelihood of an MSAR model as a function of the free entries of B_t = Σ^{-1/2} Λ_t (MODELS section 10).
+// The likelihood of an MSAR model as a function of the free entries of B_t = Σ^{-1/2} Λ_t (MODELS section
+// 10).
 
 #include <Eigen/Core>
 #include <memory>
@@ -57,12 +58,16 @@ class SarObjective {
         Eigen::MatrixXd hessian;  ///< its lower triangle
     };
     /// At the x of the last call of value(). The Hessian of the guard is Gauss-Newton's.
-    [[nodiscard]] Derivatives derivatives() const;
-    /// Lower triangle of 2 C_model(t − s), the Hessian of the first term had the data the model's covariances.
-    /// With it in that term's place, the Hessian is Fisher's information: positive semidefinite for every x.
+    [[nodiscard]] Derivatives derivatives() const { return differentiate(true); }
+    /// The gradient alone.
+    [[nodiscard]] Eigen::VectorXd gradient() const { return differentiate(false).gradient; }
+    /// Lower triangle of 2 C_model(t − s), the Hessian of the first term had the data the model's
+    /// covariances. With it in that term's place, the Hessian is Fisher's information: positive semidefinite
+    /// for every x.
     [[nodiscard]] Eigen::MatrixXd model_hessian() const;
 
   private:
+    [[nodiscard]] Derivatives differentiate(bool twice) const;
     void add_quadratic(const Eigen::MatrixXd& moments, Eigen::MatrixXd& hessian) const;
 
     Layout layout_;
