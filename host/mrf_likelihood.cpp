@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "btfield/error.hpp"
 #include "host/least_squares.hpp"
+#include "host/mrf_lattice.hpp"
 #include "host/mrf_unknowns.hpp"
 #include "host/parallel.hpp"
 #include "host/positive_everywhere.hpp"
@@ -31,44 +31,8 @@ constexpr Index most_explicit = 1500;
 constexpr GridDensity coarse = {32, 12, 0, 0};
 constexpr GridDensity fine = {64, 16, 0, 0};
 constexpr int finest_uniform = 512;
-constexpr int most_levels = 12;  // details of 4^−12, 6e-8
 // In sides of the picture.
 constexpr double longest_wave = 4.0;
-
-/// A grid and what depends on it alone.
-struct Lattice {
-    GridDensity density;
-    FrequencyGrid grid;
-    Waves waves;
-    LagTransform lags;   ///< up to the support's reach
-    LagTransform twice;  ///< up to differences within it
-    Lattice(const GridDensity& asked, Offset reach) : Lattice(asked, clustered_grid(asked), reach) {}
-    Lattice(const GridDensity& asked, FrequencyGrid nodes, Offset reach)
-        : density(asked),
-          grid(std::move(nodes)),
-          waves(grid.column, reach.column),
-          lags(grid, reach),
-          twice(grid, {2 * reach.row, 2 * reach.column}) {}
-    Lattice(const Lattice&) = delete;
-    Lattice& operator=(const Lattice&) = delete;
-    [[nodiscard]] int rows() const { return static_cast<int>(grid.row.size()); }
-    [[nodiscard]] size_t columns() const { return grid.column.size(); }
-};
-
-/// Blocks of rows, the same on every machine.
-struct RowBlocks {
-    int rows, per_block, count;
-    explicit RowBlocks(int all)
-        : rows(all), per_block((all + 31) / 32), count((all + per_block - 1) / per_block) {}
-    [[nodiscard]] int first(int block) const { return block * per_block; }
-    [[nodiscard]] int last(int block) const { return std::min(rows, (block + 1) * per_block); }
-};
-
-RowMajor sum_of(std::vector<RowMajor>& parts) {
-    RowMajor total = std::move(parts.front());
-    for (size_t k = 1; k < parts.size(); ++k) total += parts[k];
-    return total;
-}
 
 /// The convex problem in the basis that it is solved in.
 class Problem {
@@ -91,57 +55,92 @@ class Problem {
     [[nodiscard]] const std::vector<MrfUnknown>& unknowns() const { return unknowns_; }
     [[nodiscard]] Offset reach() const { return support_.reach; }
 
+    /// Adds ½ weight · mean_t tr(S_t²), S = Q⁻¹, to the objective: convex too, and infinite for infinitely
+    /// long waves.
+    void set_penalty(double weight) { penalty_ = weight; }
+
     /// The objective; nothing where Q is not positive definite on the grid.
     [[nodiscard]] std::optional<double> value(const VectorXd& x, const Lattice& lattice) const {
-        const HermitianPolynomial q = polynomial(x);
-        std::optional<double> mean = sweep(q, lattice, false, [](int, size_t, const LaneMatrix&) {});
+        std::vector<double> squares(static_cast<size_t>(RowBlocks(lattice.rows()).count));
+        const std::optional<double> mean =
+            sweep(polynomial(x), lattice, penalty_ > 0.0, [&](int block, size_t m, const LaneMatrix& s) {
+                if (!(penalty_ > 0.0)) return;
+                double sum = 0.0;
+                for (int i = 0; i < planes_; ++i) {
+                    for (int j = 0; j < planes_; ++j) {
+                        const double* re = s.real(i, j);
+                        const double* im = s.imaginary(i, j);
+                        for (size_t n = 0; n < s.lanes(); ++n)
+                            sum += lattice.grid.column_weight[n] * (re[n] * re[n] + im[n] * im[n]);
+                    }
+                }
+                squares[static_cast<size_t>(block)] += lattice.grid.row_weight[m] * sum;
+            });
         if (!mean) return std::nullopt;
-        if (!spike_) return data_.dot(x) - *mean;
-        const std::optional<double> extra = sweep(q, *spike_, false, [](int, size_t, const LaneMatrix&) {});
-        if (!extra) return std::nullopt;
-        return data_.dot(x) - *mean - *extra;
+        double sum = 0.0;
+        for (const double square : squares) sum += square;
+        return data_.dot(x) - *mean + 0.5 * penalty_ * sum;
     }
-    /// Adds −weight · ln det Q_{ω=0} to the objective.
-    void add_spike(double weight) {
-        spike_ = std::make_shared<const Lattice>(GridDensity{}, FrequencyGrid{{0.0}, {weight}, {0.0}, {1.0}},
-                                                 reach());
-    }
-    [[nodiscard]] bool has_spike() const { return spike_ != nullptr; }
-    /// ∂f: data's minus model's covariances, as `traces` arranges them. Precondition: positive definite.
+    /// ∂f: data's minus model's covariances (with the penalty: those of S + weight S³), as `traces` arranges
+    /// them.
     [[nodiscard]] VectorXd gradient(const VectorXd& x, const Lattice& lattice) const {
-        VectorXd result = data_ - covariances(x, lattice);
-        if (spike_) result -= covariances(x, *spike_);
-        return result;
-    }
-    /// Model's covariances, as `traces` arranges them.
-    [[nodiscard]] VectorXd covariances(const VectorXd& x, const Lattice& lattice) const {
         std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
             RowMajor rows;
             lower_triangle(s, rows);
+            if (penalty_ > 0.0) {
+                RowMajor cubes;
+                lower_triangle(product(product(s, s), s), cubes);
+                rows += penalty_ * cubes;
+            }
             lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
         });
-        return traces(unknowns_, lattice.lags, sum_of(sums));
+        return data_ - traces(unknowns_, lattice.lags, sum_of(sums));
     }
     struct Derivatives {
         VectorXd gradient;
         MatrixXd hessian;
     };
+    /// Hessian: traces of Φ = S⊗S + weight (S⊗S³ + S²⊗S² + S³⊗S).
     [[nodiscard]] Derivatives derivatives(const VectorXd& x, const Lattice& lattice) const {
-        Derivatives result = sums_over(x, lattice);
-        if (spike_) {
-            const Derivatives extra = sums_over(x, *spike_);
-            result.gradient += extra.gradient;
-            result.hessian += extra.hessian;
-        }
-        result.gradient = data_ - result.gradient;
-        return result;
+        const auto count = static_cast<Index>(pairs_.pairs().size());
+        std::vector<RowMajor> second = blocks_of(lattice, lattice.twice, count);
+        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
+            RowMajor rows = RowMajor::Zero(2 * count, static_cast<Index>(lattice.columns()));
+            pairs_.add_products(s, s, 1.0, rows);
+            if (penalty_ > 0.0) {
+                const LaneMatrix square = product(s, s), cube = product(square, s);
+                pairs_.add_products(square, square, penalty_, rows);
+                pairs_.add_products(s, cube, penalty_, rows);
+                pairs_.add_products(cube, s, penalty_, rows);
+            }
+            lattice.twice.add(m, rows, second[static_cast<size_t>(block)]);
+        });
+        return {gradient(x, lattice), second_traces(unknowns_, pairs_, lattice.twice, sum_of(second))};
     }
-    /// H v = traces of S V S, V the polynomial of v.
+    /// H v = traces of S V S (+ weight (S V S³ + S² V S² + S³ V S)), V the polynomial of v.
     [[nodiscard]] VectorXd hessian_times(const VectorXd& x, const VectorXd& v, const Lattice& lattice) const {
-        VectorXd result = product_over(x, v, lattice);
-        if (spike_) result += product_over(x, v, *spike_);
-        return result;
+        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
+        const HermitianPolynomial direction = polynomial(v);
+        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
+            LaneMatrix change(planes_, lattice.columns());
+            evaluate(direction, lattice.grid.row[m], lattice.waves, change);
+            change.complete_hermitian();
+            RowMajor rows;
+            const LaneMatrix once = product(product(s, change), s);
+            lower_triangle(once, rows);
+            if (penalty_ > 0.0) {
+                const LaneMatrix square = product(s, s);
+                for (const LaneMatrix& term :
+                     {product(once, square), product(product(s, once), s), product(square, once)}) {
+                    RowMajor more;
+                    lower_triangle(term, more);
+                    rows += penalty_ * more;
+                }
+            }
+            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+        });
+        return traces(unknowns_, lattice.lags, sum_of(sums));
     }
     /// Model's covariance at lag 0.
     [[nodiscard]] MatrixXd covariance(const VectorXd& x, const Lattice& lattice) const {
@@ -164,47 +163,6 @@ class Problem {
 
   private:
     [[nodiscard]] Index triangle() const { return Index{planes_} * (planes_ + 1) / 2; }
-    [[nodiscard]] Derivatives sums_over(const VectorXd& x, const Lattice& lattice) const {
-        const auto count = static_cast<Index>(pairs_.pairs().size());
-        const auto lanes = static_cast<Index>(lattice.columns());
-        std::vector<RowMajor> first = blocks_of(lattice, lattice.lags, triangle());
-        std::vector<RowMajor> second = blocks_of(lattice, lattice.twice, count);
-        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
-            RowMajor rows;
-            lower_triangle(s, rows);
-            lattice.lags.add(m, rows, first[static_cast<size_t>(block)]);
-            rows.resize(2 * count, lanes);
-            for (Index p = 0; p < count; ++p) {
-                const auto [a, b, c, d] = pairs_.pairs()[static_cast<size_t>(p)];
-                const double* ar = s.real(a, b);
-                const double* ai = s.imaginary(a, b);
-                const double* br = s.real(c, d);
-                const double* bi = s.imaginary(c, d);
-                double* re = rows.row(2 * p).data();
-                double* im = rows.row(2 * p + 1).data();
-                for (Index n = 0; n < lanes; ++n) {
-                    re[n] = ar[n] * br[n] - ai[n] * bi[n];
-                    im[n] = ar[n] * bi[n] + ai[n] * br[n];
-                }
-            }
-            lattice.twice.add(m, rows, second[static_cast<size_t>(block)]);
-        });
-        return {traces(unknowns_, lattice.lags, sum_of(first)),
-                second_traces(unknowns_, pairs_, lattice.twice, sum_of(second))};
-    }
-    [[nodiscard]] VectorXd product_over(const VectorXd& x, const VectorXd& v, const Lattice& lattice) const {
-        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
-        const HermitianPolynomial direction = polynomial(v);
-        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
-            LaneMatrix change(planes_, lattice.columns());
-            evaluate(direction, lattice.grid.row[m], lattice.waves, change);
-            change.complete_hermitian();
-            RowMajor rows;
-            lower_triangle(product(product(s, change), s), rows);
-            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
-        });
-        return traces(unknowns_, lattice.lags, sum_of(sums));
-    }
     static std::vector<RowMajor> blocks_of(const Lattice& lattice, const LagTransform& transform,
                                            Index functions) {
         return {static_cast<size_t>(RowBlocks(lattice.rows()).count), transform.zero(functions)};
@@ -242,72 +200,13 @@ class Problem {
         }
         return mean;
     }
-    static LaneMatrix product(const LaneMatrix& a, const LaneMatrix& b) {
-        const int d = a.planes();
-        LaneMatrix c(d, a.lanes());
-        for (int i = 0; i < d; ++i) {
-            for (int j = 0; j < d; ++j) {
-                double* re = c.real(i, j);
-                double* im = c.imaginary(i, j);
-                for (int k = 0; k < d; ++k) {
-                    const double* ar = a.real(i, k);
-                    const double* ai = a.imaginary(i, k);
-                    const double* br = b.real(k, j);
-                    const double* bi = b.imaginary(k, j);
-                    for (size_t n = 0; n < a.lanes(); ++n) {
-                        re[n] += ar[n] * br[n] - ai[n] * bi[n];
-                        im[n] += ar[n] * bi[n] + ai[n] * br[n];
-                    }
-                }
-            }
-        }
-        return c;
-    }
-
     HalfSupport support_;
     std::vector<MrfUnknown> unknowns_;
     VectorXd data_;
     PairTable pairs_;
     int planes_;
-    std::shared_ptr<const Lattice> spike_;
+    double penalty_ = 0.0;
 };
-
-/// 1/√(λ/c) of the peak of Q⁻¹ at ω = 0, along whose sharpest direction v vᵀ Q v = λ + c ω²: how far the
-/// field is correlated along rows and columns, in pixels; 1 when it is less.
-struct Reach {
-    double row = 1.0, column = 1.0;
-};
-
-Reach correlation_reach(const HermitianPolynomial& q) {
-    MatrixXd at_zero = q.centre, by_row = MatrixXd::Zero(q.planes(), q.planes()), by_column = by_row;
-    for (size_t s = 0; s < q.offsets.size(); ++s) {
-        const double row = q.offsets[s].row, column = q.offsets[s].column;
-        const MatrixXd term = 0.5 * (q.terms[s] + q.terms[s].transpose());
-        at_zero -= 2.0 * term;
-        by_row += row * row * term;
-        by_column += column * column * term;
-    }
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(at_zero);
-    Reach reach;
-    for (Index k = 0; k < at_zero.rows(); ++k) {
-        const VectorXd v = solver.eigenvectors().col(k);
-        const double value = std::max(solver.eigenvalues()[k], 1e-300);
-        reach.row = std::max(reach.row, std::sqrt(std::max(0.0, v.dot(by_row * v) / value)));
-        reach.column = std::max(reach.column, std::sqrt(std::max(0.0, v.dot(by_column * v) / value)));
-    }
-    return reach;
-}
-
-/// The grid with the levels that resolve this peak.
-GridDensity resolving(const HermitianPolynomial& q, GridDensity density) {
-    const Reach reach = correlation_reach(q);
-    const auto levels = [](double pixels) {
-        return std::min(most_levels, static_cast<int>(std::ceil(0.5 * std::log2(pixels))));
-    };
-    density.row_levels = levels(reach.row);
-    density.column_levels = levels(reach.column);
-    return density;
-}
 
 /// Conjugate gradients on H step = −g to a relative residual.
 VectorXd conjugate_gradients(const Problem& problem, const VectorXd& x, const VectorXd& gradient,
@@ -547,28 +446,37 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
     start.centre = full ? zero.inverse() : MatrixXd(zero.diagonal().cwiseInverse().asDiagonal());
     const VectorXd x0 = collect(problem.unknowns(), start);
     // A support that is too small for a smooth picture makes up for the variance that it cannot give with
-    // ever longer waves: on the infinite lattice it takes exponentially long ones, which no lattice holds.
-    // Those beyond a few times the picture count as its mean, one wave on a torus that many times as large.
-    const double longest = longest_wave * std::max(statistic.size().height, statistic.size().width);
-    Minimum minimum = minimise(problem, x0, x0, std::max(longest, 64.0), options);
-    if (minimum.too_long) {
-        problem.add_spike(1.0 / (longest * longest));
-        const int before = minimum.iterations;
-        minimum = minimise(problem, x0, minimum.x.size() > 0 ? minimum.x : x0,
-                           std::numeric_limits<double>::infinity(), options);
-        minimum.iterations += before;
+    // ever longer waves: exponentially long ones on the infinite lattice, beyond float64. Waves longer than a
+    // few pictures are then given up, and with them the part of the variance that only they could carry.
+    const double longest =
+        std::max(64.0, longest_wave * std::max(statistic.size().height, statistic.size().width));
+    Minimum minimum = minimise(problem, x0, x0, longest, options);
+    VectorXd x = minimum.x.size() > 0 ? minimum.x : x0;
+    PositiveDefiniteness proof = positive_everywhere(problem.polynomial(x));
+    int iterations = minimum.iterations;
+    double penalised = 0.0;
+    double penalty = 50.0 / (longest * longest);
+    for (int attempt = 0; attempt < 5 && !(minimum.converged && proof.proven); ++attempt, penalty *= 16.0) {
+        problem.set_penalty(penalty);
+        penalised = penalty;
+        minimum =
+            minimise(problem, x0, proof.proven ? x : x0, std::numeric_limits<double>::infinity(), options);
+        if (minimum.x.size() > 0) x = minimum.x;
+        iterations += minimum.iterations;
+        proof = positive_everywhere(problem.polynomial(x));
     }
+    problem.set_penalty(0.0);
+
     MrfLikelihoodFit fit;
-    const VectorXd& x = minimum.x.size() > 0 ? minimum.x : x0;
     const HermitianPolynomial q = problem.polynomial(x);
     const double units = -2.0 * std::log(std::abs(basis.forward.determinant()));
     const Lattice lattice(minimum.density, problem.reach());
-    fit.objective = minimum.value + units;
+    fit.objective = problem.value(x, lattice).value_or(std::numeric_limits<double>::infinity()) + units;
     fit.start_objective = problem.value(x0, lattice).value_or(minimum.value) + units;
-    fit.iterations = minimum.iterations;
+    fit.iterations = iterations;
+    fit.penalty = penalised;
     fit.gradient = minimum.gradient;
     fit.converged = minimum.converged;
-    const PositiveDefiniteness proof = positive_everywhere(q);
     fit.certified = proof.proven;
     fit.min_eigenvalue = proof.min_eigenvalue;
     const MatrixXd p0 = basis.inverse * problem.covariance(x, lattice) * basis.inverse.transpose();

@@ -176,6 +176,24 @@ PairTable::PairTable(int planes) : planes_(planes) {
     }
 }
 
+void PairTable::add_products(const LaneMatrix& x, const LaneMatrix& y, double scale,
+                             LagTransform::RowMajor& rows) const {
+    const size_t lanes = x.lanes();
+    for (size_t p = 0; p < pairs_.size(); ++p) {
+        const auto [a, b, c, d] = pairs_[p];
+        const double* ar = x.real(a, b);
+        const double* ai = x.imaginary(a, b);
+        const double* br = y.real(c, d);
+        const double* bi = y.imaginary(c, d);
+        double* re = rows.row(2 * static_cast<Index>(p)).data();
+        double* im = rows.row(2 * static_cast<Index>(p) + 1).data();
+        for (size_t n = 0; n < lanes; ++n) {
+            re[n] += scale * (ar[n] * br[n] - ai[n] * bi[n]);
+            im[n] += scale * (ar[n] * bi[n] + ai[n] * br[n]);
+        }
+    }
+}
+
 MatrixXd second_traces(const std::vector<MrfUnknown>& unknowns, const PairTable& table,
                        const LagTransform& transform, const LagTransform::RowMajor& sums) {
     const auto count = static_cast<Index>(unknowns.size());

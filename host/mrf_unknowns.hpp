@@ -62,6 +62,9 @@ class PairTable {
     };
     explicit PairTable(int planes);
     [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
+    /// rows += scale · x_ab y_cd for every pair. The sum of all that is added has to have the two symmetries.
+    void add_products(const LaneMatrix& x, const LaneMatrix& y, double scale,
+                      LagTransform::RowMajor& rows) const;
     /// Φ̂_{ab,cd}(u)
     [[nodiscard]] double at(const LagTransform& transform, const LagTransform::RowMajor& sums, int a, int b,
                             int c, int d, Offset u) const {

@@ -31,6 +31,40 @@ void LaneMatrix::complete_hermitian() {
     }
 }
 
+LaneMatrix product(const LaneMatrix& a, const LaneMatrix& b) {
+    const int d = a.planes();
+    LaneMatrix c(d, a.lanes());
+    for (int i = 0; i < d; ++i) {
+        for (int j = 0; j < d; ++j) {
+            double* re = c.real(i, j);
+            double* im = c.imaginary(i, j);
+            for (int k = 0; k < d; ++k) {
+                const double* ar = a.real(i, k);
+                const double* ai = a.imaginary(i, k);
+                const double* br = b.real(k, j);
+                const double* bi = b.imaginary(k, j);
+                for (size_t n = 0; n < a.lanes(); ++n) {
+                    re[n] += ar[n] * br[n] - ai[n] * bi[n];
+                    im[n] += ar[n] * bi[n] + ai[n] * br[n];
+                }
+            }
+        }
+    }
+    return c;
+}
+
+LaneMatrix adjoint(const LaneMatrix& a) {
+    LaneMatrix result(a.planes(), a.lanes());
+    for (int i = 0; i < a.planes(); ++i) {
+        for (int j = 0; j < a.planes(); ++j) {
+            std::copy_n(a.real(j, i), a.lanes(), result.real(i, j));
+            std::transform(a.imaginary(j, i), a.imaginary(j, i) + a.lanes(), result.imaginary(i, j),
+                           [](double v) { return -v; });
+        }
+    }
+    return result;
+}
+
 Waves::Waves(const std::vector<double>& frequencies, int largest) : lanes_(frequencies.size()) {
     for (int c = 0; c <= largest; ++c) {
         for (const double w : frequencies) values_.push_back(std::cos(c * w));

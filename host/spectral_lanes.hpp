@@ -35,6 +35,11 @@ class LaneMatrix {
     std::vector<double> values_;
 };
 
+/// a b
+[[nodiscard]] LaneMatrix product(const LaneMatrix& a, const LaneMatrix& b);
+/// aᴴ
+[[nodiscard]] LaneMatrix adjoint(const LaneMatrix& a);
+
 /// M_t = M_0 − Σ_{s in half} (M_s e^{iω·s} + M_sᵀ e^{−iω·s}), M_0 symmetric: Hermitian for every t.
 struct HermitianPolynomial {
     Eigen::MatrixXd centre;              ///< M_0
