@@ -5,24 +5,12 @@
 
 #include <vector>
 
+#include "btfield/fit.hpp"
 #include "btfield/image.hpp"
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
 
 namespace btfield {
-
-/// Which pixels are significant: those above ξ with neighbours below it.
-enum class SignificanceRule {
-    p4,  ///< at least one of the two row neighbours and at least one of the two column neighbours (P4 2.3)
-    p1,  ///< at least one of the four (P1 2.3)
-};
-
-struct MaOptions {
-    /// ξ, in standard deviations of the plane above its mean. Towards 0 the kernel gets narrower and
-    /// noisier, beyond 1 it approaches the covariance itself, which is too wide for an impulse response.
-    double threshold = 0.5;
-    SignificanceRule rule = SignificanceRule::p4;
-};
 
 /// Random decrement signature (P4 eq. 15, 17): the mean of y_i(r ⊕ s) − μ_i over the pixels r of the torus
 /// that are significant for (i, j), at [(s·d + i)·d + j]. Significant for (i, j): plane j is above its ξ at

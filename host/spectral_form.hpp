@@ -10,11 +10,12 @@ namespace btfield {
 
 /// Spectral density of a level's field from the matrix Λ_t = I − Σ_s A_s e^{√−1 ω_t·s} of `lambda`.
 struct SpectralForm {
+    /// In the order of the kernels' BTFIELD_FACTOR.
     enum class Kind {
         autoregressive,  ///< S = Λ⁻¹ Σ Λ⁻ᴴ (P4 eq. 33)
-        moving_average,  ///< S = Λ Σ Λᴴ, Λ_t = Σ_s A_s e^{−√−1 ω_t·s} of the model's own coefficients
         mmrf,            ///< S = Λ⁻¹ Σ, Hermitian (P4 2.6)
         pmrf,  ///< S = Λ⁻¹ left Λ right Λ⁻ᴴ, left = right = Σ^{1/2} in the planes' own basis (P4 2.7)
+        moving_average,  ///< S = Λ Σ Λᴴ, Λ_t = Σ_s A_s e^{−√−1 ω_t·s} of the model's own coefficients
     };
     Kind kind = Kind::autoregressive;
     LinearField lambda;
