@@ -15,8 +15,8 @@ namespace btfield {
 /// Knots reach this far on the normal axis, both ways: one normal in 2000 lies beyond and takes the end's
 /// value.
 inline constexpr double marginal_reach = 3.5;
-/// Of 16, 24 and 32 knots, 32 left the smallest quantile error on each of 15 pictures, by a few percent of it
-/// on smooth histograms and by a third to a half on the steps of palettes.
+/// Of 16, 24 and 32 knots, none left a smaller quantile error than 32 on any of 15 pictures: by a few percent
+/// on smooth histograms, by up to 40 % on the steps of palettes.
 inline constexpr int default_knots = 32;
 inline constexpr int fewest_knots = 4, most_knots = 64;
 
