@@ -8,7 +8,6 @@
 
 #include "btfield/error.hpp"
 #include "host/examination.hpp"
-#include "host/folded_periodogram.hpp"
 #include "host/likelihood.hpp"
 #include "host/mrf_least_squares.hpp"
 #include "host/mrf_likelihood.hpp"
@@ -70,8 +69,8 @@ Estimate least_squares(const LagCovariance& statistic, const FitOptions& options
     return estimate;
 }
 
-/// \param level pixels of the statistic, which PMRF models need beside it
-Estimate maximum_likelihood(const Image& level, const LagCovariance& statistic, const FitOptions& options,
+/// \param level PMRF models of several planes read its periodogram
+Estimate maximum_likelihood(AnalysedLevel& level, const LagCovariance& statistic, const FitOptions& options,
                             const Support& support) {
     const auto& [kind, offsets] = support;
     Estimate estimate;
@@ -84,9 +83,9 @@ Estimate maximum_likelihood(const Image& level, const LagCovariance& statistic, 
         return estimate;
     }
     const bool pairs = family(options.model) == Family::pmrf && statistic.planes() > 1;
-    MrfLikelihoodFit fitted = pairs ? fit_pmrf_ml(statistic, folded_periodogram(level), kind, offsets,
-                                                  options.active, options.noise)
-                                    : fit_mmrf_ml(statistic, kind, offsets, options.active, options.noise);
+    MrfLikelihoodFit fitted =
+        pairs ? fit_pmrf_ml(statistic, level.periodogram(), kind, offsets, options.active, options.noise)
+              : fit_mmrf_ml(statistic, kind, offsets, options.active, options.noise);
     if (!pairs && family(options.model) == Family::pmrf) fitted.model.form = MrfForm::pmrf;
     estimate.model = std::move(fitted.model);
     estimate.iterations = fitted.iterations;
@@ -103,7 +102,7 @@ bool trustworthy(const Certificate& certificate) {
            });
 }
 
-Estimate estimate_part(const Image& level, const LagCovariance& statistic, const FitOptions& options,
+Estimate estimate_part(AnalysedLevel& level, const LagCovariance& statistic, const FitOptions& options,
                        const Support& support) {
     if (family(options.model) == Family::car || options.estimator == EstimatorChoice::least_squares)
         return least_squares(statistic, options, support);
@@ -179,14 +178,19 @@ FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Supp
     for (int p = 0; p < parts; ++p) {
         const LagCovariance own = parts > 1 ? plane_statistic(statistic, p) : LagCovariance{};
         const LagCovariance& seen = parts > 1 ? own : statistic;
-        const Image plane = parts > 1 ? plane_image(data.image(), p) : Image{};
-        const Image& pixels = parts > 1 ? plane : data.image();
-        Estimate part = family(options.model) == Family::ma
-                            ? estimate_moving_average(pixels, seen, options, support)
-                            : estimate_part(pixels, seen, options, support);
-        const double likelihood = part.examination.certificate.valid
-                                      ? log_likelihood(part.model, seen, part.examination.log_determinant)
-                                      : std::numeric_limits<double>::quiet_NaN();
+        Estimate part;
+        if (family(options.model) == Family::ma) {
+            part = estimate_moving_average(parts > 1 ? plane_image(data.image(), p) : data.image(), seen,
+                                           options, support);
+        } else {
+            part = estimate_part(data, seen, options, support);
+        }
+        const double likelihood =
+            part.examination.certificate.valid
+                ? log_likelihood(
+                      part.model, seen, part.examination.log_determinant,
+                      [&]() -> const FoldedPeriodogram& { return data.periodogram(); }, p)
+                : std::numeric_limits<double>::quiet_NaN();
         add_part(fitted, std::move(part), likelihood);
     }
     lap("fit");

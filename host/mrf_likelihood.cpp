@@ -306,8 +306,8 @@ Minimum minimise(const Problem& problem, const VectorXd& start, const VectorXd& 
             GridDensity finer = resolving(problem.polynomial(x), base);
             finer.uniform *= 2;
             finer.per_level += finer.per_level / 2;
-            finer.row_levels = std::min(most_levels, finer.row_levels + 1);
-            finer.column_levels = std::min(most_levels, finer.column_levels + 1);
+            finer.row_levels = std::min(10, finer.row_levels + 1);
+            finer.column_levels = std::min(10, finer.column_levels + 1);
             const Lattice other(finer, problem.reach());
             const std::optional<double> there = problem.value(x, other);
             const double outside = there ? mismatch(problem, problem.gradient(x, other)) : 1.0;

@@ -31,11 +31,13 @@
 #endif
 
 #if !BTFIELD_STORED_FACTORS
+// Includes are put in place once: what both branches need comes before them.
+#include "float_pairs.clh"
+#include "transfer_matrix.clh"
 #if BTFIELD_FACTOR == 1 || BTFIELD_FACTOR == 2
 #include "hermitian_factor.clh"
-#else
+#elif BTFIELD_FACTOR == 0
 #include "general_solve.clh"
-#include "transfer_matrix.clh"
 #endif
 #define COEFFICIENTS_OF(part) (coefficients + (size_t)(part) * (count + 2) * D * D)
 
