@@ -215,7 +215,7 @@ TEST(SarLikelihoodLong, RecoversModelsFromTheirTextures) {
         texture.mean.assign(static_cast<std::size_t>(d), 0.0);
         LevelModel level;
         level.size = texture.size;
-        level.model = model;
+        level.models = {model};
         level.certificate.valid = true;
         texture.levels.push_back(level);
         const Image image = Synthesiser(device, texture, texture.size).synthesise(7);
