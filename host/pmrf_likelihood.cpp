@@ -352,7 +352,7 @@ VectorXd newton_step(const Whittle::Derivatives& at, Index lags) {
         h.topRightCorner(lags, roots) *= less;
         h.bottomLeftCorner(roots, lags) *= less;
     }
-    return -scale.asDiagonal() * g;
+    return -(scale.asDiagonal() * g);
 }
 
 struct Descent {
