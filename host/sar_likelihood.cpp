@@ -211,7 +211,7 @@ class Problem {
                     layout_.place[static_cast<size_t>(i * d + j)] = layout_.unknowns++;
             }
         }
-        layout_.real = d == 1 && is_symmetric();
+        layout_.real = d == 1 && shape_.active.empty() && is_symmetric();
         for (size_t s = 1; s < terms.size(); ++s) {
             if (layout_.real) {
                 const auto opposite =
@@ -261,7 +261,6 @@ class Fit {
 
     [[nodiscard]] int steps() const { return steps_; }
     [[nodiscard]] const Problem& problem() const { return problem_; }
-    SarObjective& objective() { return whole_; }
 
     /// From white noise through smaller models.
     VectorXd grow(int side, SarObjective::Guard guard, double tolerance) {
@@ -382,7 +381,7 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, Neighbourhoo
     if (!best.valid()) consider(fit.finish(grown, 64, 256, tight));
     if (!best.valid()) consider(fit.finish(fit.problem().white(), 64, 256, strong));
     // Least squares may be near a better optimum.
-    if (fit.likelihood_of(least_squares) < best.end.likelihood &&
+    if ((!best.valid() || fit.likelihood_of(least_squares) < best.end.likelihood) &&
         examine(least_squares, statistic).certificate.valid) {
         consider(fit.finish(fit.problem().unknowns_of(least_squares), 128, 128, usual));
     }
