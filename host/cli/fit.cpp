@@ -14,6 +14,7 @@
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/selection_options.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -107,7 +108,9 @@ void fit_one(Device& device, Job& job, const Options& options, Progress& bar, do
                  job.picture.filename().string() + ": " + std::string(stage));
     };
     job.model = fit(device, picture.image, fit_options);
+    std::vector<std::string> reasons = std::move(job.model.provenance.reasons);
     job.model.provenance = provenance(job.picture, picture);
+    job.model.provenance.reasons = std::move(reasons);
     job.total = watch.seconds();
 }
 
@@ -187,20 +190,7 @@ void add_fit(CLI::App& app, Action& action) {
                      "every picture")
         ->required()
         ->type_name("MODEL");
-    std::vector<std::pair<std::string, ModelKind>> kinds;
-    for (const ModelKind kind : model_kinds()) kinds.emplace_back(name(kind), kind);
-    add_choice<ModelKind>(*command, "--model", fit.model, kinds,
-                          "random field; see docs/models.md for which to choose (default: 3d-car)");
-    add_int(*command, "--order", fit.order, 1, max_order, "order of the neighbourhood, 1 to 8 (default: 5)");
-    add_choice<std::optional<NeighbourhoodKind>>(*command, "--neighbourhood", fit.neighbourhood,
-                                                 {{"causal", NeighbourhoodKind::causal},
-                                                  {"unilateral", NeighbourhoodKind::unilateral},
-                                                  {"symmetric", NeighbourhoodKind::symmetric},
-                                                  {"half", NeighbourhoodKind::half}},
-                                                 "which offsets of the order; car takes the first two, mmrf "
-                                                 "and pmrf symmetric only (default: causal for "
-                                                 "car, symmetric for the others)");
-    add_int(*command, "--levels", fit.levels, 1, 30, "pyramid levels; 1 is no pyramid (default: 4)");
+    add_selection(*command, fit);
     add_int(*command, "--factor", fit.factor, 2, 1024, "pyramid reduction factor (default: 2)");
     add_choice<EstimatorChoice>(
         *command, "--estimator", fit.estimator,
@@ -226,6 +216,8 @@ void add_fit(CLI::App& app, Action& action) {
         "  btfield fit cork.png -o cork.json\n"
         "  btfield fit bark.tif -o bark.btfm --order 8 --levels 3 --crop 0,0,512,512\n"
         "  btfield fit sand.png -o sand.json --model 3d-msar --noise diagonal --json\n"
+        "  btfield fit moss.png -o moss.json --model auto --levels auto --order auto\n"
+        "  btfield fit moss.png -o moss.json --neighbourhood correlated:12\n"
         "  btfield fit *.png -o models/");
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
