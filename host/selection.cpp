@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <limits>
 #include <utility>
 
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
+#include "host/level_fit.hpp"
 #include "host/model_density.hpp"
 
 namespace btfield {
@@ -18,7 +20,7 @@ namespace {
 using std::size_t;
 
 constexpr int default_order = 5;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 struct Candidate {
     std::string name;  ///< "order 3"
@@ -29,8 +31,8 @@ struct Candidate {
 struct Fitted {
     Candidate candidate;
     TextureModel model;
-    double bic = nan;    ///< NaN where not certified or without likelihood
-    double error = nan;  ///< of lag covariances, where these decide
+    double bic = unknown;    ///< NaN where not certified or without likelihood
+    double error = unknown;  ///< of lag covariances, where these decide
 };
 
 std::string text_of(double value, const char* format) {
@@ -46,7 +48,7 @@ std::vector<Fitted> fit_all(const std::vector<Candidate>& candidates, const Sele
     std::exception_ptr failure;
     for (const Candidate& candidate : candidates) {
         try {
-            fitted.push_back({candidate, source.fit(candidate.options, depth), nan, nan});
+            fitted.push_back({candidate, source.fit(candidate.options, depth), unknown, unknown});
         } catch (const InputError&) {
             if (!failure) failure = std::current_exception();
         }
@@ -72,7 +74,7 @@ const Fitted* decide(const std::vector<Fitted>& fitted, double Fitted::*measure,
     const size_t best = smallest(values);
     if (best == values.size()) return nullptr;
     why += fitted[best].candidate.name + ": " + measure_name + " " + text_of(values[best], format);
-    values[best] = nan;
+    values[best] = unknown;
     const size_t second = smallest(values);
     why += second == values.size()
                ? ", the only one that can be compared"
@@ -179,6 +181,11 @@ void choose_order(Choices& choices, const SelectionSource& source) {
         FitOptions settled = options;
         settled.order = order;
         candidates.push_back({"order " + std::to_string(order), settled});
+    }
+    if (options.levels == 0 && default_levels(source.image->size(), options.factor) > 1) {
+        // The finest level is the same for any K > 1, and takes most of the time.
+        const Offset box = difference_box(support_of(candidates.front().options).offsets);
+        static_cast<void>(source.planes(options).level(options.factor, 2, 0).statistic(box));
     }
     // K of the default order, whichever orders that supports.
     std::vector<Candidate> by_nearness = candidates;
