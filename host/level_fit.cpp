@@ -107,8 +107,12 @@ Estimate estimate_part(AnalysedLevel& level, const LagCovariance& statistic, con
     if (family(options.model) == Family::car || options.estimator == EstimatorChoice::least_squares)
         return least_squares(statistic, options, support);
     if (options.estimator == EstimatorChoice::automatic) {
-        Estimate estimate = least_squares(statistic, options, support);
-        if (trustworthy(estimate.examination.certificate)) return estimate;
+        try {
+            Estimate estimate = least_squares(statistic, options, support);
+            if (trustworthy(estimate.examination.certificate)) return estimate;
+        } catch (const InputError&) {
+            // Planes that depend on each other exactly: what least squares cannot solve, likelihood may.
+        }
     }
     return maximum_likelihood(level, statistic, options, support);
 }

@@ -430,12 +430,12 @@ TEST(ModelFile, RefusesWrongNumbers) {
     spoil("/levels", json::array(), "no level");
     spoil("/levels/0/gain", -1.0, "gain");
     spoil("/levels/0/gain", nullptr, "levels[0].gain");
-    spoil("/levels/1/offsets/2", {-1, -1}, "twice");
-    spoil("/levels/1/offsets/2", {0, 0}, "centre");
-    spoil("/levels/1/offsets/2", {1, 0}, "precede");
-    spoil("/levels/1/offsets/2", {-1, 0, 0}, "two numbers");
-    spoil("/levels/1/offsets/2", {-3000000000, 0}, "range");
-    spoil("/levels/1/coefficients", json::array({1.0}), "coefficients");
+    spoil("/levels/1/models/0/offsets/2", {-1, -1}, "twice");
+    spoil("/levels/1/models/0/offsets/2", {0, 0}, "centre");
+    spoil("/levels/1/models/0/offsets/2", {1, 0}, "precede");
+    spoil("/levels/1/models/0/offsets/2", {-1, 0, 0}, "two numbers");
+    spoil("/levels/1/models/0/offsets/2", {-3000000000, 0}, "range");
+    spoil("/levels/1/models/0/coefficients", json::array({1.0}), "coefficients");
     spoil("/levels/0/models/0/noise_covariance/0", 0, "positive");
     spoil("/levels/0/models/0/noise_covariance/1", 1, "symmetric");
     spoil("/levels/0/log_likelihood", nullptr, "log-likelihood");

@@ -114,9 +114,10 @@ TEST(RandomDecrement, LagZeroCovarianceIsThePictures) {
             fit_ma(image, statistic, NeighbourhoodKind::symmetric, offsets, NoiseForm::diagonal);
         EXPECT_LE(worst_lag_zero_error(diagonal, statistic, true), 1e-8);
         for (int i = 0; i < planes; ++i) {
-            for (int j = 0; j < planes; ++j)
-                if (i != j)
-                    EXPECT_EQ(diagonal.noise_covariance[static_cast<std::size_t>(i * planes + j)], 0.0);
+            for (int j = 0; j < planes; ++j) {
+                if (i == j) continue;
+                EXPECT_EQ(diagonal.noise_covariance[static_cast<std::size_t>(i * planes + j)], 0.0);
+            }
         }
     }
 }
@@ -211,7 +212,9 @@ TEST(RandomDecrement, RealPicturesKeepTheirCovariances) {
                 for (std::size_t k = 0; k < seen.size(); ++k) own += gains[k] * gains[k] * seen[k][at];
                 const double variance = data[i * static_cast<std::size_t>(d) + i];
                 error += std::abs(own - data[at]) / variance;
-                if (s == 0) EXPECT_NEAR(std::sqrt(own / variance), 1.0, 0.05) << name << " plane " << i;
+                if (s == 0) {
+                    EXPECT_NEAR(std::sqrt(own / variance), 1.0, 0.05) << name << " plane " << i;
+                }
             }
         }
         EXPECT_LE(error / static_cast<double>(lags.size() * static_cast<std::size_t>(d)), 0.12) << name;
