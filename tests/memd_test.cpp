@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -14,7 +15,9 @@
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "host/cl/device_impl.hpp"
 #include "host/colour_tree.hpp"
+#include "host/memd_search.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/reference/memd.hpp"
 
@@ -239,6 +242,55 @@ RandomCase random_case(std::mt19937& generator, int largest_side) {
     return result;
 }
 
+/// The greedy loop cut up as told, so that small pictures too are searched on the device.
+Memd in_blocks(Device& on, const RandomCase& one, const MemdBlocks& blocks, std::size_t& searched_on_host) {
+    const Colours a{one.a.planes(), reference::colours(one.a, 1.0)};
+    ColourTree tree({one.b.planes(), reference::colours(one.b, 1.0)}, one.options.metric);
+    Memd result;
+    result.pixels = {area(one.a.size()), area(one.b.size())};
+    result.local_errors.assign(a.pixels(), -1.0F);
+    double sum = 0.0;
+    std::size_t count = 0;
+    searched_on_host =
+        take_all(on.impl(), a, on.impl().upload(a.values), tree, one.options.metric, blocks,
+                 [&](std::size_t pixel, ColourKey key) {
+                     EXPECT_EQ(pixel, count++);
+                     const auto found =
+                         static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32)));
+                     const double error = one.options.metric == Metric::l2 ? std::sqrt(found) : found;
+                     sum += error;
+                     result.local_errors[pixel] = static_cast<float>(error);
+                 });
+    result.memd = sum / static_cast<double>(count);
+    return result;
+}
+
+void compare_blocks(Device& on, unsigned seed, int cases, int largest_side) {
+    std::mt19937 generator(seed);
+    std::size_t pixels = 0, on_host = 0;
+    for (int k = 0; k < cases; ++k) {
+        const RandomCase one = random_case(generator, largest_side);
+        MemdBlocks blocks;
+        blocks.candidates = 4;
+        blocks.device_from = 1;
+        blocks.smallest = std::size_t{1} << (k % 6);
+        blocks.largest = 64;
+        blocks.parts = 6;
+        blocks.hopeless = 2.0;  // never gives up
+        std::size_t searched = 0;
+        const Memd found = in_blocks(on, one, blocks, searched);
+        const Memd expected = reference::memd(one.a, one.b, one.options);
+        pixels += std::min(expected.pixels[0], expected.pixels[1]);
+        on_host += searched;
+        ASSERT_EQ(found.memd, expected.memd) << "case " << k << " of seed " << seed << ": " << one.a.planes()
+                                             << " planes, " << test::text(one.a.size()) << " against "
+                                             << test::text(one.b.size()) << ", " << name(one.options.metric);
+        ASSERT_EQ(found.local_errors, expected.local_errors) << "case " << k << " of seed " << seed;
+    }
+    // The device must have found most of them, or this tests the host alone.
+    EXPECT_LT(on_host, pixels / 2);
+}
+
 void compare_random_cases(Device& on, unsigned seed, int cases, int largest_side) {
     std::mt19937 generator(seed);
     for (int k = 0; k < cases; ++k) {
@@ -256,7 +308,8 @@ TEST(Memd, RandomPicturesAtEveryWidth) {
     for (const int width : test::vector_widths) {
         SCOPED_TRACE(width);
         Device on = test::device_of_width(width);
-        compare_random_cases(on, static_cast<unsigned>(width), 100, 12);
+        compare_random_cases(on, static_cast<unsigned>(width), 50, 12);
+        compare_blocks(on, 50U + static_cast<unsigned>(width), 50, 20);
     }
 }
 
@@ -264,7 +317,9 @@ TEST(MemdLong, TenThousandRandomPictures) {
     for (const int width : test::vector_widths) {
         SCOPED_TRACE(width);
         Device on = test::device_of_width(width);
-        compare_random_cases(on, 100U + static_cast<unsigned>(width), 2500, 13);
+        compare_random_cases(on, 100U + static_cast<unsigned>(width), 2000, 13);
+        compare_blocks(on, 300U + static_cast<unsigned>(width), 500, 20);
+        compare_blocks(on, 400U + static_cast<unsigned>(width), 10, 60);
         compare_random_cases(on, 200U + static_cast<unsigned>(width), 20, 70);
     }
 }
