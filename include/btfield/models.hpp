@@ -48,8 +48,8 @@ struct MrfModel : LinearField {
     MrfForm form = MrfForm::mmrf;
 };
 
-/// Moving average (P1 2.3; P4 2.3, 2.4): y_i(r) = Σ_s Σ_j a_{s,i,j} e_j(r ⊖ s), e white with covariance Σ. The
-/// offsets are where an impulse of the noise shows, y(r ⊕ s) += A_s e(r); the centre is among them. Σ is
+/// Moving average (P1 2.3; P4 2.3, 2.4): y_i(r) = Σ_s Σ_j a_{s,i,j} e_j(r ⊖ s), e white with covariance Σ.
+/// The offsets are where an impulse of the noise shows, y(r ⊕ s) += A_s e(r); the centre is among them. Σ is
 /// positive semidefinite.
 struct MaModel : LinearField {};
 
