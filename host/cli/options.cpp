@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <system_error>
 
@@ -38,6 +39,14 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, Value& value, co
         value = *parsed;
     };
     return app.add_option_function<std::string>(name, read, help);
+}
+
+std::optional<double> parse_positive(const std::string& text) {
+    double number = 0.0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, number);
+    if (error != std::errc{} || stop != end || !(number > 0.0) || !std::isfinite(number)) return std::nullopt;
+    return number;
 }
 
 template <typename Value>
@@ -108,6 +117,29 @@ CLI::Option* add_crop(CLI::App& app, const std::string& name, std::optional<Crop
     return add_parsed(app, name, value, help, parse_crop,
                       "X,Y,WIDTH,HEIGHT in whole pixels, such as 0,0,256,256")
         ->type_name("X,Y,W,H");
+}
+
+CLI::Option* add_positive(CLI::App& app, const std::string& name, double& value, const std::string& help) {
+    return add_parsed(app, name, value, help, parse_positive, "a number above 0")->type_name("X");
+}
+
+CLI::Option* add_positive(CLI::App& app, const std::string& name, std::optional<double>& value,
+                          const std::string& help) {
+    return add_parsed(app, name, value, help, parse_positive, "a number above 0")->type_name("X");
+}
+
+CLI::Option* add_white(CLI::App& app, std::optional<double>& white) {
+    return add_positive(app, "--white", white,
+                        "value that is white in pictures with float values (default: 1); 8-bit and 16-bit "
+                        "pictures have their own");
+}
+
+bool is_hdr(const Picture& picture) {
+    return picture.type == PixelType::half || picture.type == PixelType::float32;
+}
+
+double white_level(const Picture& picture, std::optional<double> white) {
+    return is_hdr(picture) ? white.value_or(1.0) : 1.0;
 }
 
 CLI::Option* add_device(CLI::App& app, std::string& spec) {

@@ -35,6 +35,17 @@ CLI::Option* add_size(CLI::App& app, const std::string& name, std::optional<Size
                       const std::string& help);
 CLI::Option* add_crop(CLI::App& app, const std::string& name, std::optional<Crop>& value,
                       const std::string& help);
+/// A finite number above 0.
+CLI::Option* add_positive(CLI::App& app, const std::string& name, double& value, const std::string& help);
+CLI::Option* add_positive(CLI::App& app, const std::string& name, std::optional<double>& value,
+                          const std::string& help);
+/// --white: the white level of pictures with float values.
+CLI::Option* add_white(CLI::App& app, std::optional<double>& white);
+/// Whether a white level means anything to the picture: 8-bit and 16-bit values are fractions of white
+/// already.
+[[nodiscard]] bool is_hdr(const Picture& picture);
+/// The value that is white: `white` for pictures with float values (1 without one), 1 for others.
+[[nodiscard]] double white_level(const Picture& picture, std::optional<double> white);
 CLI::Option* add_device(CLI::App& app, std::string& spec);
 CLI::Option* add_json(CLI::App& app, bool& json);
 

@@ -152,7 +152,7 @@ std::vector<ModelKind> all_models() {
 
 const std::vector<EstimatorChoice>& all_estimators() {
     static const std::vector<EstimatorChoice> all{
-        EstimatorChoice::automatic, EstimatorChoice::least_squares};
+        EstimatorChoice::automatic, EstimatorChoice::least_squares, EstimatorChoice::maximum_likelihood};
     return all;
 }
 

@@ -21,7 +21,7 @@ void read_optional(const json& value, std::optional<Value>& target) {
 }
 
 EstimatorChoice estimator_choice(std::string_view text) {
-    for (const auto choice : {EstimatorChoice::automatic, EstimatorChoice::least_squares}) {
+    for (const auto choice : {EstimatorChoice::least_squares, EstimatorChoice::maximum_likelihood}) {
         if (name(choice) == text) return choice;
     }
     return EstimatorChoice::automatic;

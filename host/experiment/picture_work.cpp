@@ -252,7 +252,7 @@ TextureModel PictureWork::fitted(Picture& picture, const JobSettings& settings) 
     options.estimator = settings.estimator;
     options.noise = config_.noise;
     options.gains = config_.gains;
-    // options.marginals = settings.marginals;
+    options.marginals = settings.marginals;
     return picture.analysis.fit(options);
 }
 

@@ -27,4 +27,28 @@ struct Comparison {
 /// \throws InputError when the numbers of planes differ or a plane of A is constant.
 [[nodiscard]] Comparison compare(const Image& a, const Image& b);
 
+/// Spectral decorrelation criterion κ(c) = det(Σ) / cⁿ (P4 eq. 49), n = d planes, Σ the spectral covariance
+/// in units where white is c.
+struct Kappa {
+    double kappa = 0.0;
+    double cmax = 256.0;
+    double white = 1.0;
+    /// Largest κ with which 2D models suffice (P4 3.1).
+    static constexpr double threshold = 3.0;
+    /// κ <= threshold: 2D models on KLT planes lose no colour to speak of.
+    [[nodiscard]] bool two_dimensional() const { return kappa <= threshold; }
+    /// White level at which κ meets the threshold: κ falls with white⁻²ⁿ, so that the verdict is 3D below and
+    /// 2D from here on. 0 when κ is 0.
+    double white_at_threshold = 0.0;
+    /// Σ, [plane][plane], mean over all pixels, in units where white is c.
+    std::vector<double> covariance;
+};
+
+/// \param cmax  c, the largest value of a plane in the units of Σ
+/// \param white value in the picture that is c: 1 for pictures in [0, 1], the white level for HDR
+/// \throws InputError when the picture is empty, a value is NaN or infinite, or cmax or white is not a
+/// positive
+///         number.
+[[nodiscard]] Kappa kappa(const Image& image, double cmax = 256.0, double white = 1.0);
+
 }  // namespace btfield

@@ -17,7 +17,7 @@
 #include "btfield/fit.hpp"
 #include "btfield/image.hpp"
 #include "btfield/image_io.hpp"
-#include "btfield/experiment_interim.hpp"
+#include "btfield/memd.hpp"
 
 namespace btfield {
 

@@ -1,0 +1,128 @@
+#include "btfield/memd.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "btfield/image_io.hpp"
+#include "host/cli/command.hpp"
+#include "host/cli/error_map.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/report.hpp"
+
+namespace btfield::cli {
+namespace {
+
+struct Options {
+    std::string a, b, map, device;
+    Metric metric = Metric::max;
+    std::optional<double> white;
+    bool both = false;
+    bool json = false;
+};
+
+Json value_json(const Memd& result) {
+    Json object;
+    object["memd"] = number(result.memd);
+    object["memd_star"] = number(result.memd_star);
+    return object;
+}
+
+void report_json(const Options& options, const MemdOptions& used, const Memd& forward,
+                 const std::optional<Memd>& back, const std::string& device, const Stopwatch& total) {
+    Json object = value_json(forward);
+    object["metric"] = name(options.metric);
+    object["pixels"] = Json::array({forward.pixels[0], forward.pixels[1]});
+    object["white"] = Json::array({number(used.white[0]), number(used.white[1])});
+    if (back) object["reverse"] = value_json(*back);
+    if (!options.map.empty()) object["map"] = options.map;
+    object["device"] = device;
+    Json seconds;
+    seconds["search"] = forward.search_seconds + (back ? back->search_seconds : 0.0);
+    seconds["total"] = total.seconds();
+    object["seconds"] = std::move(seconds);
+    emit_json(object);
+}
+
+std::string value_text(const std::string& what, const Memd& result) {
+    return what + " = " + number_text(result.memd) + " of 255 units, MEMD* " + number_text(result.memd_star) +
+           " %\n";
+}
+
+void report_text(const Options& options, const MemdOptions& used, bool hdr, const Memd& forward,
+                 const std::optional<Memd>& back) {
+    std::string text = value_text("MEMD(A, B)", forward);
+    if (back) text += value_text("MEMD(B, A)", *back);
+    text += "metric " + std::string(name(options.metric)) + ", " + std::to_string(forward.pixels[0]) +
+            " pixels of A, " + std::to_string(forward.pixels[1]) + " of B, searched in " +
+            seconds_text(forward.search_seconds + (back ? back->search_seconds : 0.0)) + "\n";
+    if (hdr)
+        text += "white level " + number_text(used.white[0]) + " in A, " + number_text(used.white[1]) +
+                " in B" + (options.white ? "" : " (--white sets that of pictures with float values)") + "\n";
+    emit_text(text);
+}
+
+void run(const Options& options) {
+    const Stopwatch total;
+    if (!options.map.empty()) check_error_map(options.map);
+    const Picture a = read_picture(options.a), b = read_picture(options.b);
+    MemdOptions used;
+    used.metric = options.metric;
+    used.white = {white_level(a, options.white), white_level(b, options.white)};
+    used.local_errors = !options.map.empty();
+    Device device(options.device);
+    const Memd forward = memd(device, a.image, b.image, used);
+    std::optional<Memd> back;
+    if (options.both) {
+        MemdOptions turned = used;
+        std::swap(turned.white[0], turned.white[1]);
+        turned.local_errors = false;
+        back = memd(device, b.image, a.image, turned);
+    }
+    if (!options.map.empty()) write_error_map(options.map, a.image.size(), forward.local_errors);
+    if (options.json) {
+        report_json(options, used, forward, back, device.info().name, total);
+    } else {
+        report_text(options, used, is_hdr(a) || is_hdr(b), forward, back);
+    }
+}
+
+}  // namespace
+
+void add_memd(CLI::App& app, Action& action) {
+    CLI::App* command =
+        app.add_subcommand("memd", "mean exhaustive minimum distance of the colours of two pictures");
+    const auto options = std::make_shared<Options>();
+    command->add_option("A", options->a, "reference picture, scanned in raster order")
+        ->required()
+        ->type_name("");
+    command->add_option("B", options->b, "picture whose pixels are taken; its size may differ")
+        ->required()
+        ->type_name("");
+    add_choice(*command, "--metric", options->metric,
+               {{"max", Metric::max}, {"l1", Metric::l1}, {"l2", Metric::l2}},
+               "distance of two colours (default: max)");
+    add_white(*command, options->white);
+    command->add_flag("--both", options->both, "also with A and B exchanged: the measure is not symmetric");
+    command
+        ->add_option(
+            "--map", options->map,
+            "write the local errors of A's pixels: EXR or TIFF as float units, −1 where B ran out of "
+            "pixels; PNG in false colours, magenta where it did")
+        ->type_name("FILE");
+    add_device(*command, options->device);
+    add_json(*command, options->json);
+    command->footer(
+        "Examples:\n"
+        "  btfield memd cork.png cork-grown.png\n"
+        "  btfield memd cork.png cork-grown.png --both --json\n"
+        "  btfield memd material.exr grown.exr --white 12.5 --metric l2 --map errors.png");
+    command->callback([options, &action] { action = [options] { run(*options); }; });
+}
+
+}  // namespace btfield::cli

@@ -1,0 +1,262 @@
+#include "host/colour_tree.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <utility>
+
+#include "host/parallel.hpp"
+
+namespace btfield {
+namespace {
+
+using std::size_t;
+
+constexpr size_t lanes = ColourTreeArrays::lanes;
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+/// Finds equal colours: open addressing over the pixels seen so far.
+class ColourTable {
+  public:
+    explicit ColourTable(const Colours& colours)
+        : colours_(&colours), mask_(std::bit_ceil(2 * colours.pixels()) - 1), cells_(mask_ + 1, empty) {}
+
+    /// Number of the pixel's colour, in order of first appearance; `next` for a new one.
+    std::uint32_t number(size_t pixel, std::uint32_t next, const std::vector<float>& distinct) {
+        const float* const colour = colours_->at(pixel);
+        const auto d = static_cast<size_t>(colours_->planes);
+        for (size_t cell = hash(colour) & mask_;; cell = (cell + 1) & mask_) {
+            std::uint32_t& found = cells_[cell];
+            if (found == empty) return found = next;
+            if (std::equal(colour, colour + d, distinct.data() + d * found)) return found;
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t empty = ColourTree::none;
+    [[nodiscard]] size_t hash(const float* colour) const {
+        std::uint64_t mixed = 0;
+        for (int i = 0; i < colours_->planes; ++i) {
+            mixed = (mixed ^ std::bit_cast<std::uint32_t>(colour[i])) * 0x9e3779b97f4a7c15ULL;
+            mixed ^= mixed >> 29;
+        }
+        return static_cast<size_t>(mixed ^ mixed >> 32);
+    }
+    const Colours* colours_;
+    size_t mask_;
+    std::vector<std::uint32_t> cells_;
+};
+
+/// Orders colours such that every aligned run of 16, 32, 64, … of them is compact: halves at the median of
+/// the widest plane, the left half always a full run.
+class Arrangement {
+  public:
+    Arrangement(const std::vector<float>& distinct, int planes, std::vector<std::uint32_t>& order)
+        : distinct_(&distinct), d_(static_cast<size_t>(planes)), order_(&order), keys_(order.size()) {}
+
+    void run() {
+        std::vector<std::pair<size_t, size_t>> parts{{0, order_->size()}};
+        // A few parts for each thread first, then every part to its end.
+        while (parts.size() < 16) {
+            std::vector<std::pair<size_t, size_t>> halves;
+            for (const auto& [begin, end] : parts) {
+                const size_t middle = split(begin, end);
+                halves.emplace_back(begin, middle);
+                if (middle < end) halves.emplace_back(middle, end);
+            }
+            if (halves.size() == parts.size()) return;
+            parts = std::move(halves);
+        }
+        for_each_block(static_cast<int>(parts.size()), [&](int part) {
+            const auto& [begin, end] = parts[static_cast<size_t>(part)];
+            arrange(begin, end);
+        });
+    }
+
+  private:
+    void arrange(size_t begin, size_t end) {
+        const size_t middle = split(begin, end);
+        if (middle == end) return;
+        arrange(begin, middle);
+        arrange(middle, end);
+    }
+
+    /// \return where the right part begins; `end` when the run is not worth splitting
+    size_t split(size_t begin, size_t end) {
+        const size_t blocks = (end - begin + lanes - 1) / lanes;
+        if (blocks < 2) return end;
+        const size_t middle = begin + lanes * std::bit_ceil(blocks) / 2;
+        const size_t plane = widest(begin, end);
+        for (size_t k = begin; k < end; ++k)
+            keys_[k] = {(*distinct_)[d_ * (*order_)[k] + plane], (*order_)[k]};
+        const auto at = [&](size_t k) { return keys_.begin() + static_cast<std::ptrdiff_t>(k); };
+        std::nth_element(at(begin), at(middle), at(end));
+        for (size_t k = begin; k < end; ++k) (*order_)[k] = keys_[k].second;
+        return middle;
+    }
+
+    [[nodiscard]] size_t widest(size_t begin, size_t end) const {
+        size_t plane = 0;
+        float width = -1.0F;
+        for (size_t i = 0; i < d_; ++i) {
+            float low = infinity, high = -infinity;
+            for (size_t k = begin; k < end; ++k) {
+                const float value = (*distinct_)[d_ * (*order_)[k] + i];
+                low = std::min(low, value);
+                high = std::max(high, value);
+            }
+            if (high - low > width) {
+                width = high - low;
+                plane = i;
+            }
+        }
+        return plane;
+    }
+
+    const std::vector<float>* distinct_;
+    size_t d_;
+    std::vector<std::uint32_t>* order_;
+    std::vector<std::pair<float, std::uint32_t>> keys_;
+};
+
+}  // namespace
+
+ColourTree::ColourTree(const Colours& colours, Metric metric)
+    : search_(colour_searches(metric, colours.planes).front()), left_(colours.pixels()) {
+    const auto d = static_cast<size_t>(colours.planes);
+    arrays_.planes = colours.planes;
+    std::vector<std::uint32_t> number(left_);
+    std::vector<float> distinct;
+    std::vector<std::uint32_t> ends;  // number of pixels of each colour, then where they end
+    ColourTable table(colours);
+    for (size_t pixel = 0; pixel < left_; ++pixel) {
+        const auto next = static_cast<std::uint32_t>(ends.size());
+        number[pixel] = table.number(pixel, next, distinct);
+        if (number[pixel] == next) {
+            distinct.insert(distinct.end(), colours.at(pixel), colours.at(pixel) + d);
+            ends.push_back(0);
+        }
+        ++ends[number[pixel]];
+    }
+
+    std::vector<std::uint32_t> order(ends.size());
+    for (size_t k = 0; k < order.size(); ++k) order[k] = static_cast<std::uint32_t>(k);
+    Arrangement(distinct, colours.planes, order).run();
+
+    queues_.resize(order.size());
+    std::vector<std::uint32_t> slot_of(order.size());
+    std::uint32_t at = 0;
+    for (size_t slot = 0; slot < order.size(); ++slot) {
+        queues_[slot] = {at, at};
+        at += ends[order[slot]];
+        slot_of[order[slot]] = static_cast<std::uint32_t>(slot);
+    }
+    pixels_.resize(left_);
+    for (size_t pixel = 0; pixel < left_; ++pixel)
+        pixels_[queues_[slot_of[number[pixel]]].end++] = static_cast<std::uint32_t>(pixel);
+    build(distinct, order);
+}
+
+void ColourTree::build(const std::vector<float>& distinct, std::vector<std::uint32_t>& order) {
+    const auto d = static_cast<size_t>(arrays_.planes);
+    size_t blocks = (order.size() + lanes - 1) / lanes;
+    arrays_.points.assign(blocks * lanes * d, infinity);
+    arrays_.first.assign(blocks * lanes, none);
+    for (size_t slot = 0; slot < order.size(); ++slot) {
+        for (size_t i = 0; i < d; ++i)
+            arrays_.points[(slot / lanes * d + i) * lanes + slot % lanes] = distinct[d * order[slot] + i];
+        arrays_.first[slot] = pixels_[queues_[slot].at];
+    }
+    arrays_.level_begin = {0};
+    for (size_t below = blocks; below > 1; below = (below + lanes - 1) / lanes)
+        arrays_.level_begin.push_back(arrays_.level_begin.back() + (below + lanes - 1) / lanes);
+    const size_t boxes = arrays_.level_begin.back();
+    arrays_.boxes.resize(boxes * lanes * 2 * d);
+    for (size_t block = 0; block < boxes; ++block) {
+        float* const lows = arrays_.boxes.data() + block * lanes * 2 * d;
+        std::fill(lows, lows + lanes * d, infinity);
+        std::fill(lows + lanes * d, lows + lanes * 2 * d, -infinity);
+    }
+    arrays_.lowest.assign(boxes * lanes, none);
+    for (int level = 0; level < arrays_.levels(); ++level) {
+        for (size_t block = 0; block < blocks; ++block) tighten(level, block);
+        blocks = (blocks + lanes - 1) / lanes;
+    }
+}
+
+/// Brings the box of a block of `level`, a lane of the level above, up to date. \return whether it changed
+bool ColourTree::tighten(int level, size_t block) {
+    const auto d = static_cast<size_t>(arrays_.planes);
+    const size_t slot = lanes * arrays_.level_begin[static_cast<size_t>(level)] + block;
+    const bool points = level == 0;
+    const size_t source = points ? block : arrays_.level_begin[static_cast<size_t>(level) - 1] + block;
+    const std::uint32_t* const rasters =
+        (points ? arrays_.first.data() : arrays_.lowest.data()) + lanes * source;
+    bool changed = false;
+    const auto put = [&changed](auto& old, auto value) {
+        changed = changed || old != value;
+        old = value;
+    };
+    put(arrays_.lowest[slot], *std::min_element(rasters, rasters + lanes));
+    float* const target = arrays_.boxes.data() + slot / lanes * lanes * 2 * d + slot % lanes;
+    const float* const lows =
+        points ? arrays_.points.data() + lanes * d * source : arrays_.boxes.data() + lanes * 2 * d * source;
+    for (size_t i = 0; i < d; ++i) {
+        float low = infinity, high = -infinity;
+        if (points) {
+            const float* const values = lows + lanes * i;
+            for (size_t l = 0; l < lanes; ++l) {
+                low = std::min(low, values[l]);
+                high = std::max(high, values[l] < infinity ? values[l] : -infinity);
+            }
+        } else {
+            for (size_t l = 0; l < lanes; ++l) {
+                low = std::min(low, lows[lanes * i + l]);
+                high = std::max(high, lows[lanes * (d + i) + l]);
+            }
+        }
+        put(target[lanes * i], low);
+        put(target[lanes * (d + i)], high);
+    }
+    return changed;
+}
+
+void ColourTree::take(std::uint32_t slot) {
+    const auto d = static_cast<size_t>(arrays_.planes);
+    Queue& queue = queues_[slot];
+    ++queue.at;
+    --left_;
+    size_t block = slot / lanes;
+    if (queue.at < queue.end) {
+        arrays_.first[slot] = pixels_[queue.at];
+    } else {
+        arrays_.first[slot] = none;
+        for (size_t i = 0; i < d; ++i) arrays_.points[(block * d + i) * lanes + slot % lanes] = infinity;
+    }
+    if (noting_ && !noted_points_[slot]) {
+        noted_points_[slot] = true;
+        changes_.points.push_back(slot);
+    }
+    for (int level = 0; level < arrays_.levels() && tighten(level, block); ++level) {
+        const size_t box = lanes * arrays_.level_begin[static_cast<size_t>(level)] + block;
+        if (noting_ && !noted_boxes_[box]) {
+            noted_boxes_[box] = true;
+            changes_.boxes.push_back(static_cast<std::uint32_t>(box));
+        }
+        block /= lanes;
+    }
+}
+
+void ColourTree::clear_changes() {
+    if (!noting_) {
+        noting_ = true;
+        noted_points_.assign(arrays_.first.size(), false);
+        noted_boxes_.assign(arrays_.lowest.size(), false);
+    }
+    for (const std::uint32_t slot : changes_.points) noted_points_[slot] = false;
+    for (const std::uint32_t box : changes_.boxes) noted_boxes_[box] = false;
+    changes_.points.clear();
+    changes_.boxes.clear();
+}
+
+}  // namespace btfield

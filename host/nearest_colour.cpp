@@ -1,0 +1,66 @@
+#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "host/colour_tree.hpp"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace btfield {
+namespace {
+
+using Search = ColourTree::Search;
+
+inline ColourKey key_of(float distance, std::uint32_t raster) {
+    return static_cast<ColourKey>(std::bit_cast<std::uint32_t>(distance)) << 32 | raster;
+}
+
+#if defined(__x86_64__)
+
+#define BTFIELD_ISA avx512
+#define BTFIELD_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,bmi")))
+#define BTFIELD_WIDTH 16
+#define BTFIELD_BITS(m) _mm512_movepi32_mask((__m512i)(m))
+#include "host/nearest_colour.inc"
+
+#define BTFIELD_ISA avx2
+#define BTFIELD_TARGET __attribute__((target("avx2,bmi")))
+#define BTFIELD_WIDTH 8
+#define BTFIELD_BITS(m) _mm256_movemask_ps((__m256)(m))
+#include "host/nearest_colour.inc"
+
+#define BTFIELD_ISA baseline
+#define BTFIELD_TARGET
+#define BTFIELD_WIDTH 4
+#define BTFIELD_BITS(m) _mm_movemask_ps((__m128)(m))
+#include "host/nearest_colour.inc"
+
+#else
+
+#define BTFIELD_ISA baseline
+#define BTFIELD_TARGET
+#define BTFIELD_WIDTH 4
+#define BTFIELD_BITS(m) (((m)[0] & 1) | ((m)[1] & 2) | ((m)[2] & 4) | ((m)[3] & 8))
+#include "host/nearest_colour.inc"
+
+#endif
+
+}  // namespace
+
+std::vector<ColourTree::Search> colour_searches(Metric metric, int planes) {
+    std::vector<Search> searches;
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl"))
+        searches.push_back(avx512::search_for(metric, planes));
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi"))
+        searches.push_back(avx2::search_for(metric, planes));
+#endif
+    searches.push_back(baseline::search_for(metric, planes));
+    return searches;
+}
+
+}  // namespace btfield

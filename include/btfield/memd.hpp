@@ -1,0 +1,76 @@
+#pragma once
+
+/// \file
+/// Mean exhaustive minimum distance of the colours of two pictures (MODELS section 12; P4 eq. 50).
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "btfield/device.hpp"
+#include "btfield/image.hpp"
+
+namespace btfield {
+
+/// ρ of P4 eq. 50, over planes.
+enum class Metric {
+    max,  ///< largest difference: the one whose largest value is P4's MEMD_max = 255
+    l1,   ///< sum of differences
+    l2,   ///< Euclidean
+};
+
+/// "max", "l1", "l2".
+[[nodiscard]] std::string_view name(Metric metric);
+/// Inverse of name(); throws InputError for any other text.
+[[nodiscard]] Metric metric(std::string_view name);
+
+/// Largest distance of two colours in units 0…255: 255 for max, 255 d for l1, 255 √d for l2.
+[[nodiscard]] double memd_max(Metric metric, int planes);
+
+struct MemdOptions {
+    Metric metric = Metric::max;
+    /// Value of each picture, A and B, that is 255 units: 1 for pictures in [0, 1], the white level for HDR.
+    std::array<double, 2> white{1.0, 1.0};
+    bool local_errors = false;  ///< fill Memd::local_errors
+};
+
+struct Memd {
+    double memd = 0.0;                    ///< units 0…255
+    double memd_star = 0.0;               ///< 100 memd / memd_max, percent
+    std::array<std::size_t, 2> pixels{};  ///< of A and of B
+    /// Error of every pixel of A in raster order, units 0…255; −1 where B had no pixel left. On request only.
+    std::vector<float> local_errors;
+    double search_seconds = 0.0;  ///< without the preparation of A
+};
+
+/// MEMD(A, B): pixels of A in raster order; each takes the nearest pixel of B that is not yet taken, the one
+/// of lowest raster index among equals; mean over min(#A, #B) local errors. Sizes may differ, planes may not.
+///
+/// The value is defined to the bit, and every device gives it: colours are y = v · (255 / white) in float32
+/// (the quotient rounded to float32 first), |y| < 2⁻³⁹ counts as 0; |y_A − y_B|, its square and the sum in
+/// plane order are float32, each rounded once; l2 is compared squared, and its local error is the float64
+/// root; the mean is summed in float64 in raster order. \throws InputError when planes differ, a picture is
+/// empty, a value is NaN, infinite or beyond 10¹⁵ units, or
+///         the white level is not a positive number.
+[[nodiscard]] Memd memd(Device& device, const Image& a, const Image& b, const MemdOptions& options);
+[[nodiscard]] Memd memd(Device& device, const Image& a, const Image& b, Metric metric = Metric::max);
+
+/// One reference A held against many candidates: A's colours are prepared once and stay on the device.
+class MemdReference {
+  public:
+    MemdReference(Device& device, const Image& a, const MemdOptions& options = {});
+    ~MemdReference();
+    MemdReference(MemdReference&&) noexcept;
+    MemdReference& operator=(MemdReference&&) noexcept;
+    /// MEMD(A, candidate); the same value as memd().
+    [[nodiscard]] Memd operator()(const Image& candidate);
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace btfield
