@@ -35,9 +35,9 @@ void add_case(const std::string& name, bool draw, double budget) {
         Device::Impl& impl = device().impl();
         auto state = std::make_shared<State>();
         state->fitted = model(order, 1);
-        const LinearField& field = linear_field(state->fitted.levels.front().model);
-        state->factors =
-            std::make_unique<SpectralFactors>(impl, field, size, 1.0, state->fitted.mean, budget);
+        const LinearField& field = linear_field(state->fitted.levels.front().models.front());
+        state->factors = std::make_unique<SpectralFactors>(impl, std::vector<SpectralForm>{field}, size, 1.0,
+                                                           state->fitted.mean, budget);
         const std::vector<float> zero(spectrum_floats(size, field.planes));
         state->spectrum = {impl.upload(zero), impl.upload(zero)};
         state->keys = impl.upload(std::vector<cl_uint2>{{{1, 0}}});
@@ -60,7 +60,7 @@ void add_spectral_solve() {
         add_case(name + stored, true, stored[2] == 's' ? unlimited : 0);
         add(name + stored + peer_suffix, [] {
             const TextureModel fitted = model(order, 1);
-            const LinearField& field = linear_field(fitted.levels.front().model);
+            const LinearField& field = linear_field(fitted.levels.front().models.front());
             auto factors = std::make_shared<peer::SpectralFactors>(field, size, 1.0);
             const std::shared_ptr<fftwf_complex[]> spectrum = peer::allocate<fftwf_complex>(
                 peer::spectrum_size(size) * static_cast<std::size_t>(field.planes));

@@ -128,16 +128,35 @@ double minimum_singular_value(const LinearField& field, const NodeValues& nodes)
     return lowest;
 }
 
+/// Λ in the basis in which it is Hermitian, so that its singular values are the moduli of its eigenvalues;
+/// Λ itself where it is not Hermitian in any.
+LinearField hermitian_form(const SpectralForm& form) {
+    if (form.kind != SpectralForm::Kind::mmrf) return form.lambda;
+    const MatrixXd root = symmetric_root(noise_matrix(form.lambda));
+    return change_basis(form.lambda, root.inverse(), root);
+}
+
+/// Whether the eigenvalues of a Markov model's Λ are positive at frequency 0. Where det Λ has no zero they
+/// then are at every frequency: they depend on it continuously.
+bool is_positive_at_zero(const SpectralForm& form) {
+    const LocalLambda<Eigen::Dynamic> lambda(hermitian_form(form));
+    const MatrixXd value = lambda.at(0.0, 0.0).real();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (value + value.transpose()),
+                                                         Eigen::EigenvaluesOnly);
+    return solver.eigenvalues().minCoeff() > 0.0;
+}
+
 }  // namespace
 
-Examination examine(const LinearField& field, const LagCovariance& data) {
-    if (field.planes != data.planes()) {
-        throw InputError("certificate of a model of " + std::to_string(field.planes) + " planes",
+Examination examine(const SpectralForm& form, const LagCovariance& data) {
+    const int d = form.planes();
+    if (d != data.planes()) {
+        throw InputError("certificate of a model of " + std::to_string(d) + " planes",
                          "the data have " + std::to_string(data.planes()),
                          "use the data that it was fitted to");
     }
     const Whitening white(lag_zero(data));
-    const LinearField turned = change_basis(field, white.basis, white.inverse);
+    const SpectralForm turned = change_basis(form, white.basis, white.inverse);
 
     NodeValues nodes;
     nodes.side = base_side;
@@ -152,14 +171,18 @@ Examination examine(const LinearField& field, const LagCovariance& data) {
             nodes.determinant[place] = row.determinant(n);
         }
     });
-    const TorusSearch search = search_torus(turned, nodes);
-    const bool proven = search.zeros == 0 && search.decided;
+    // A moving average is a field whatever its transfer function does: there is nothing to search.
+    const bool moving_average = form.kind == SpectralForm::Kind::moving_average;
+    TorusSearch search;
+    if (!moving_average) search = search_torus(turned, nodes);
+    const bool positive = !form.is_markov() || is_positive_at_zero(form);
+    const bool proven = search.zeros == 0 && search.decided && positive;
     const auto in_planes = [&](const MatrixXd& c) -> MatrixXd {
         return white.inverse * c * white.inverse.transpose();
     };
     Examination result;
-    result.grid = field.planes <= 4 ? 2 * base_side : base_side;
-    if (proven) {
+    result.grid = d <= 4 ? 2 * base_side : base_side;
+    if (proven && !moving_average) {
         // Sums over a grid converge geometrically once they resolve the spectrum: the error of twice the
         // points is the square of what it was. Where halving the grid shows that they do, and the search has
         // found no peak between its nodes, they are better than what the search adds.
@@ -167,11 +190,11 @@ Examination examine(const LinearField& field, const LagCovariance& data) {
                        coarse = in_planes(spectral_means(turned, half_grid).covariance);
         const MatrixXd found = in_planes(search.covariance);
         bool resolved = true;
-        for (int i = 0; i < field.planes; ++i) {
+        for (int i = 0; i < d; ++i) {
             resolved = resolved && std::abs(fine(i, i) - coarse(i, i)) <= 1e-2 * fine(i, i) &&
                        std::abs(found(i, i)) <= 0.05 * fine(i, i);
             if (!(std::abs(found(i, i)) <= 0.01 * fine(i, i)))
-                result.grid = field.planes <= 4 ? 4 * base_side : 2 * base_side;
+                result.grid = d <= 4 ? 4 * base_side : 2 * base_side;
         }
         if (!resolved) {
             means.covariance += search.covariance;
@@ -181,20 +204,21 @@ Examination examine(const LinearField& field, const LagCovariance& data) {
     const MatrixXd covariance = in_planes(means.covariance);
 
     bool credible = true;
-    for (int i = 0; i < field.planes; ++i) {
+    for (int i = 0; i < d; ++i) {
         const double ratio = covariance(i, i) / data(i, i, {});
         result.certificate.variance_ratio.push_back(ratio);
         credible = credible && ratio > 0.0 && ratio <= largest_ratio;
     }
     result.log_determinant = means.log_determinant;
     result.certificate.zeros = search.zeros;
-    result.certificate.min_singular = minimum_singular_value(field, nodes);
+    result.certificate.min_singular = minimum_singular_value(hermitian_form(form), nodes);
+    if (!positive) result.certificate.min_singular = -result.certificate.min_singular;
     result.certificate.valid = proven && credible;
     return result;
 }
 
-Certificate certify(const LinearField& field, const LagCovariance& data) {
-    return examine(field, data).certificate;
+Certificate certify(const Model& model, const LagCovariance& data) {
+    return examine(model, data).certificate;
 }
 
 }  // namespace btfield

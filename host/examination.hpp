@@ -1,7 +1,7 @@
 #pragma once
 
 #include "btfield/certificate.hpp"
-#include "btfield/models.hpp"
+#include "host/spectral_form.hpp"
 
 namespace btfield {
 
@@ -14,6 +14,6 @@ struct Examination {
     int grid = 0;
 };
 
-[[nodiscard]] Examination examine(const LinearField& field, const LagCovariance& data);
+[[nodiscard]] Examination examine(const SpectralForm& form, const LagCovariance& data);
 
 }  // namespace btfield

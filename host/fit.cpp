@@ -1,30 +1,27 @@
 #include "btfield/fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
-#include <numbers>
+#include <map>
 #include <string>
 #include <utility>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/pyramid.hpp"
-#include "host/examination.hpp"
+#include "host/analysis.hpp"
 #include "host/lag_products.hpp"
-#include "host/least_squares.hpp"
+#include "host/level_fit.hpp"
 #include "host/level_gains.hpp"
 #include "host/spectral_density.hpp"
 
 namespace btfield {
 namespace {
 
-using Eigen::MatrixXd;
 using std::size_t;
 
-/// Adds the time that passes between stages to the caller's report.
+/// Adds up the time that passes in each stage, for the caller's report.
 class Stopwatch {
   public:
     explicit Stopwatch(const FitOptions& options) : report_(options.progress), start_(Clock::now()) {}
@@ -64,11 +61,6 @@ bool determines(Size level, const std::vector<Offset>& offsets, int planes) {
            area(level) >= 20 * offsets.size() * static_cast<size_t>(planes);
 }
 
-std::vector<Offset> support_of(const FitOptions& options) {
-    if (options.neighbourhood == NeighbourhoodKind::custom) return options.offsets;
-    return neighbourhood(options.order, options.neighbourhood);
-}
-
 void check_levels(const std::vector<Size>& sizes, const std::vector<Offset>& offsets, int planes) {
     size_t fit = 0;
     while (fit < sizes.size() && supports(sizes[fit], offsets, planes)) ++fit;
@@ -84,6 +76,20 @@ void check_levels(const std::vector<Size>& sizes, const std::vector<Offset>& off
                        ", or a lower order");
 }
 
+void check_finite(const Image& image) {
+    if (image.planes() < 1 || area(image.size()) == 0) {
+        throw InputError("fit a model", "the picture is empty", "give a picture with at least one pixel");
+    }
+    for (int p = 0; p < image.planes(); ++p) {
+        const std::span<const float> plane = image.plane(p);
+        if (!std::all_of(plane.begin(), plane.end(), [](float v) { return std::isfinite(v); })) {
+            throw InputError("fit a model to a picture of " + text_of(image.size()),
+                             "plane " + std::to_string(p + 1) + " holds NaN or infinite values",
+                             "use finite values");
+        }
+    }
+}
+
 void check_variation(const Image& image) {
     for (int p = 0; p < image.planes(); ++p) {
         const std::span<const float> plane = image.plane(p);
@@ -94,37 +100,12 @@ void check_variation(const Image& image) {
                              "plane " + std::to_string(p + 1) + " is constant",
                              "remove that plane or use a picture that varies");
         }
-        if (!std::all_of(plane.begin(), plane.end(), [](float v) { return std::isfinite(v); })) {
-            throw InputError("fit a model to a picture of " + text_of(image.size()),
-                             "plane " + std::to_string(p + 1) + " holds NaN or infinite values",
-                             "use finite values");
-        }
     }
-}
-
-/// Whittle log-likelihood per pixel: −½ (d ln 2π + ln det Σ − 2 mean_t ln |det Λ_t| + tr(Σ⁻¹ Ê)), Ê the
-/// covariance of the prediction errors on the picture's torus.
-double log_likelihood(const LinearField& field, const LagCovariance& statistic, double mean_log_determinant) {
-    const Eigen::LLT<MatrixXd> factor(noise_matrix(field));
-    const MatrixXd lower = factor.matrixL();
-    const double log_noise = 2.0 * lower.diagonal().array().log().sum();
-    const double quadratic = factor.solve(residual_covariance(field, statistic)).trace();
-    return -0.5 * (field.planes * std::log(2.0 * std::numbers::pi) + log_noise - 2.0 * mean_log_determinant +
-                   quadratic);
-}
-
-Model estimate(const LagCovariance& statistic, const FitOptions& options,
-               const std::vector<Offset>& offsets) {
-    if (options.model == ModelKind::msar3d) {
-        return fit_sar(statistic, options.neighbourhood, offsets, options.active, options.noise);
-    }
-    return fit_car(statistic, options.neighbourhood, offsets, options.active, options.noise, options.prior);
 }
 
 /// \param grids per level, side of the frequency grid that resolves its spectrum
-void set_gains(TextureModel& model, const Image& image, const std::vector<int>& grids) {
-    const std::vector<Offset> lags = probe_lags(image.size());
-    const std::vector<double> data = covariances_at(image, lags);
+void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<int>& grids) {
+    const std::vector<Offset> lags = probe_lags(picture.image().size());
     std::vector<std::vector<double>> seen;
     for (size_t k = 0; k < model.levels.size(); ++k) {
         const int depth = static_cast<int>(k);
@@ -132,68 +113,34 @@ void set_gains(TextureModel& model, const Image& image, const std::vector<int>& 
         // The level's own torus, as far as that matters: beyond the grid that resolves the spectrum sums
         // change no more.
         const Size torus{std::min(level.size.height, grids[k]), std::min(level.size.width, grids[k])};
-        const LagCovariance own =
-            model_covariance(linear_field(level.model), torus, expansion_box(model.factor, depth, lags));
+        const LagCovariance own = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
         seen.push_back(expanded_covariance(own, model.factor, depth, lags));
     }
-    const std::vector<double> gains = match_gains(seen, data, model.planes);
+    const std::vector<double> gains =
+        match_gains(seen, picture.probe_covariances(), picture.image().planes());
     for (size_t k = 0; k < gains.size(); ++k) model.levels[k].gain = gains[k];
-}
-
-TextureModel fit_levels(Device& device, const Image& image, const FitOptions& options,
-                        const std::vector<Offset>& offsets, const std::vector<Size>& sizes) {
-    const int level_count = static_cast<int>(sizes.size());
-    Stopwatch watch(options);
-    std::vector<Image> coarser;
-    if (level_count > 1) coarser = decompose(device, image, level_count, options.factor);
-    const auto level_image = [&](size_t k) -> const Image& { return level_count > 1 ? coarser[k] : image; };
-    watch.lap("pyramid");
-
-    const Offset box = difference_box(offsets);
-    std::vector<LagCovariance> statistics;
-    for (size_t k = 0; k < sizes.size(); ++k) statistics.push_back(lag_covariance(level_image(k), box));
-    watch.lap("lag covariances");
-
-    TextureModel model;
-    model.kind = options.model;
-    model.size = image.size();
-    model.planes = image.planes();
-    model.space = image.space();
-    model.factor = options.factor;
-    model.noise = options.noise;
-    model.provenance.software = "btfield " BTFIELD_VERSION;
-    model.provenance.picture_bytes = static_cast<std::uint64_t>(image.values().size()) *
-                                     static_cast<std::uint64_t>(bytes_per_value(model.provenance.type));
-    for (size_t k = 0; k < sizes.size(); ++k) {
-        LevelModel level;
-        level.size = sizes[k];
-        level.model = estimate(statistics[k], options, offsets);
-        model.levels.push_back(std::move(level));
-    }
-    model.mean = plane_means(image);
-    watch.lap("fit");
-
-    std::vector<int> grids;
-    for (size_t k = 0; k < sizes.size(); ++k) {
-        LevelModel& level = model.levels[k];
-        const LinearField& field = linear_field(level.model);
-        Examination examination = examine(field, statistics[k]);
-        grids.push_back(examination.grid);
-        level.certificate = std::move(examination.certificate);
-        level.log_likelihood = level.certificate.valid
-                                   ? log_likelihood(field, statistics[k], examination.log_determinant)
-                                   : std::numeric_limits<double>::quiet_NaN();
-    }
-    watch.lap("certificate");
-    if (options.gains == GainMode::match && is_valid(model)) set_gains(model, image, grids);
-    watch.lap("gains");
-    return model;
 }
 
 }  // namespace
 
 std::string_view name(GainMode mode) {
     return mode == GainMode::match ? "match" : "none";
+}
+
+std::string_view name(MarginalMode mode) {
+    return mode == MarginalMode::match ? "match" : "none";
+}
+
+std::string_view name(EstimatorChoice choice) {
+    switch (choice) {
+        case EstimatorChoice::automatic:
+            return "auto";
+        case EstimatorChoice::least_squares:
+            return "ls";
+        case EstimatorChoice::maximum_likelihood:
+            break;
+    }
+    return "ml";
 }
 
 int default_levels(Size size, int factor) {
@@ -207,31 +154,118 @@ int default_levels(Size size, int factor) {
     return levels;
 }
 
-TextureModel fit(Device& device, const Image& image, const FitOptions& options) {
-    if (image.planes() < 1 || area(image.size()) == 0) {
-        throw InputError("fit a model", "the picture is empty", "give a picture with at least one pixel");
-    }
-    if (options.levels < 0) {
-        throw InputError("fit " + std::to_string(options.levels) + " levels", "there is at least one level",
-                         "use 1 or more, or 0 for the default of the picture's size");
-    }
-    const std::vector<Offset> offsets = support_of(options);
-    const bool free = options.levels == 0;
-    const int most = free ? default_levels(image.size(), options.factor) : options.levels;
-    std::vector<Size> sizes = pyramid_sizes(image.size(), most, options.factor);
-    while (free && sizes.size() > 1 && !determines(sizes.back(), offsets, image.planes())) sizes.pop_back();
-    check_levels(sizes, offsets, image.planes());
-    check_variation(image);
+class Analysis::Impl {
+  public:
+    Impl(Device& device, Image image) : device_(&device), image_(std::move(image)) { check_finite(image_); }
 
-    TextureModel model = fit_levels(device, image, options, offsets, sizes);
-    if (free && options.model == ModelKind::car3d) {
-        while (!is_valid(model) && sizes.size() > 1) {
-            sizes.pop_back();
-            TextureModel fewer = fit_levels(device, image, options, offsets, sizes);
-            if (is_valid(fewer)) return fewer;
+    [[nodiscard]] const Image& image() const { return image_; }
+
+    [[nodiscard]] TextureModel fit(const FitOptions& options) {
+        if (options.levels < 0) {
+            throw InputError("fit " + std::to_string(options.levels) + " levels",
+                             "there is at least one level",
+                             "use 1 or more, or 0 for the default of the picture's size");
         }
+        const Support support = support_of(options);
+        Stopwatch watch(options);
+        const AnalysedPlanes kind = planes_of(options);
+        AnalysedPicture& planes = picture(kind);
+        watch.lap("planes");
+
+        const int equation_planes = is_2d(options.model) ? 1 : planes.image().planes();
+        const bool free = options.levels == 0;
+        const int most = free ? default_levels(image_.size(), options.factor) : options.levels;
+        std::vector<Size> sizes = pyramid_sizes(image_.size(), most, options.factor);
+        while (free && sizes.size() > 1 && !determines(sizes.back(), support.offsets, equation_planes))
+            sizes.pop_back();
+        check_levels(sizes, support.offsets, equation_planes);
+
+        TextureModel model =
+            fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), watch);
+        if (free && family(options.model) == Family::car) {
+            while (!is_valid(model) && sizes.size() > 1) {
+                sizes.pop_back();
+                TextureModel fewer =
+                    fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), watch);
+                if (is_valid(fewer)) return fewer;
+            }
+        }
+        return model;
     }
-    return model;
+
+  private:
+    [[nodiscard]] static AnalysedPlanes planes_of(const FitOptions& options) {
+        if (options.marginals == MarginalMode::match) return AnalysedPlanes::gaussian;
+        return is_2d(options.model) ? AnalysedPlanes::klt : AnalysedPlanes::picture;
+    }
+
+    AnalysedPicture& picture(AnalysedPlanes kind) {
+        const auto found = pictures_.find(kind);
+        if (found != pictures_.end()) return found->second;
+        if (kind == AnalysedPlanes::picture) {
+            check_variation(image_);
+            return pictures_.emplace(kind, AnalysedPicture(*device_, image_)).first->second;
+        }
+        if (basis_.planes == 0) basis_ = spectral_basis(image_);
+        Image eigenplanes = to_eigenplanes(basis_, image_);
+        if (kind == AnalysedPlanes::gaussian) {
+            GaussianPlanes gaussian = gaussianise(eigenplanes);
+            marginals_ = std::move(gaussian.marginals);
+            eigenplanes = std::move(gaussian.planes);
+        }
+        return pictures_.emplace(kind, AnalysedPicture(*device_, std::move(eigenplanes))).first->second;
+    }
+
+    TextureModel fit_levels(AnalysedPicture& planes, AnalysedPlanes kind, const FitOptions& options,
+                            const Support& support, int count, Stopwatch& watch) {
+        TextureModel model;
+        model.kind = options.model;
+        model.size = image_.size();
+        model.planes = image_.planes();
+        model.space = image_.space();
+        model.factor = options.factor;
+        model.noise = options.noise;
+        model.provenance.software = "btfield " BTFIELD_VERSION;
+        model.provenance.picture_bytes = static_cast<std::uint64_t>(image_.values().size()) *
+                                         static_cast<std::uint64_t>(bytes_per_value(model.provenance.type));
+        if (kind != AnalysedPlanes::picture) model.basis = basis_;
+        if (kind == AnalysedPlanes::gaussian) model.marginals = marginals_;
+        model.mean = kind == AnalysedPlanes::picture ? plane_means(image_) : basis_.mean;
+
+        static_cast<void>(planes.level(options.factor, count, 0));
+        watch.lap("pyramid");
+        std::vector<int> grids;
+        for (int k = 0; k < count; ++k) {
+            FittedLevel fitted = fit_level(planes.level(options.factor, count, k), options, support,
+                                           [&](std::string_view stage) { watch.lap(stage); });
+            grids.push_back(fitted.grid);
+            model.levels.push_back(std::move(fitted.level));
+        }
+        if (options.gains == GainMode::match && is_valid(model)) set_gains(model, planes, grids);
+        watch.lap("gains");
+        return model;
+    }
+
+    Device* device_;
+    Image image_;
+    SpectralBasis basis_;
+    std::vector<Marginal> marginals_;
+    std::map<AnalysedPlanes, AnalysedPicture> pictures_;
+};
+
+Analysis::Analysis(Device& device, Image image) : impl_(std::make_unique<Impl>(device, std::move(image))) {}
+Analysis::~Analysis() = default;
+Analysis::Analysis(Analysis&&) noexcept = default;
+Analysis& Analysis::operator=(Analysis&&) noexcept = default;
+const Image& Analysis::image() const {
+    return impl_->image();
+}
+TextureModel Analysis::fit(const FitOptions& options) {
+    return impl_->fit(options);
+}
+
+TextureModel fit(Device& device, const Image& image, const FitOptions& options) {
+    return Analysis(device, image).fit(options);
 }
 
 }  // namespace btfield

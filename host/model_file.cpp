@@ -53,22 +53,47 @@ ordered_json certificate_value(const Certificate& certificate) {
     return value;
 }
 
-ordered_json level_value(const LevelModel& level) {
-    const LinearField& field = linear_field(level.model);
+ordered_json part_value(const Model& model) {
+    const LinearField& field = linear_field(model);
     ordered_json offsets = ordered_json::array();
     for (const Offset s : field.offsets) offsets.push_back(ordered_json::array({s.row, s.column}));
     ordered_json value;
-    value["size"] = size_value(level.size);
     value["neighbourhood"] = name(field.kind);
     value["offsets"] = std::move(offsets);
     if (!field.active.empty()) value["active"] = field.active;
     value["coefficients"] = field.coefficients;
     value["noise_covariance"] = field.noise_covariance;
+    return value;
+}
+
+ordered_json level_value(const LevelModel& level) {
+    ordered_json parts = ordered_json::array();
+    for (const Model& part : level.models) parts.push_back(part_value(part));
+    ordered_json value;
+    value["size"] = size_value(level.size);
+    value["models"] = std::move(parts);
     value["gain"] = level.gain;
     value["estimator"] = name(level.estimator);
     value["iterations"] = level.iterations;
     value["log_likelihood"] = number(level.log_likelihood);
     value["certificate"] = certificate_value(level.certificate);
+    return value;
+}
+
+/// Rows of T, or "none".
+ordered_json basis_value(const SpectralBasis& basis) {
+    if (basis.planes == 0) return "none";
+    ordered_json rows = ordered_json::array();
+    const auto d = static_cast<std::ptrdiff_t>(basis.planes);
+    for (auto row = basis.matrix.begin(); row != basis.matrix.end(); row += d)
+        rows.push_back(std::vector<double>(row, row + d));
+    return rows;
+}
+
+ordered_json marginals_value(const std::vector<Marginal>& marginals) {
+    if (marginals.empty()) return "none";
+    ordered_json value = ordered_json::array();
+    for (const Marginal& marginal : marginals) value.push_back(marginal.values);
     return value;
 }
 
@@ -82,14 +107,15 @@ ordered_json model_value(const TextureModel& model) {
     value["colour_space"] = name(model.space);
     value["factor"] = model.factor;
     value["noise"] = name(model.noise);
-    value["basis"] = "none";
-    value["marginals"] = "none";
     value["mean"] = model.mean;
+    value["basis"] = basis_value(model.basis);
+    value["marginals"] = marginals_value(model.marginals);
     ordered_json provenance;
     provenance["source"] = model.provenance.source;
     provenance["type"] = name(model.provenance.type);
     provenance["picture_bytes"] = model.provenance.picture_bytes;
     provenance["software"] = model.provenance.software;
+    provenance["reasons"] = model.provenance.reasons;
     value["provenance"] = std::move(provenance);
     ordered_json levels = ordered_json::array();
     for (const LevelModel& level : model.levels) levels.push_back(level_value(level));
@@ -287,14 +313,6 @@ void read_version(Object& object, Context& context) {
     context.newer_minor = minor > minor_version;
 }
 
-/// Stations of the road that this version does not have: a model that needs one must not be synthesised
-/// without it.
-void read_absent_station(Object& object, const std::string& key, const Context& context) {
-    const json& value = object.member(key);
-    if (value != "none")
-        fail(context, "it needs a feature, '" + key + "', that this btfield does not have", newer_remedy);
-}
-
 Certificate read_certificate(const json& value, const std::string& where, const Context& context) {
     Object object(value, where, context);
     Certificate certificate;
@@ -308,8 +326,24 @@ Certificate read_certificate(const json& value, const std::string& where, const 
     return certificate;
 }
 
-LevelModel read_level(const json& value, const std::string& where, ModelKind kind, int planes,
-                      const Context& context) {
+Model model_of(Family family, LinearField field) {
+    switch (family) {
+        case Family::car:
+            return CarModel{std::move(field)};
+        case Family::msar:
+            return SarModel{std::move(field)};
+        case Family::ma:
+            return MaModel{std::move(field)};
+        case Family::mmrf:
+            return MrfModel{std::move(field), MrfForm::mmrf};
+        case Family::pmrf:
+            break;
+    }
+    return MrfModel{std::move(field), MrfForm::pmrf};
+}
+
+Model read_part(const json& value, const std::string& where, ModelKind kind, int planes,
+                const Context& context) {
     Object object(value, where, context);
     LinearField field;
     field.planes = planes;
@@ -323,21 +357,55 @@ LevelModel read_level(const json& value, const std::string& where, ModelKind kin
         }
     }
     field.noise_covariance = object.get_list("noise_covariance", real);
+    object.finish();
+    return model_of(family(kind), std::move(field));
+}
 
+LevelModel read_level(const json& value, const std::string& where, ModelKind kind, int planes,
+                      const Context& context) {
+    Object object(value, where, context);
     LevelModel level;
     level.size = object.get("size", size);
+    level.models = object.get_list("models", [&](const json& part, const std::string& place, const Context&) {
+        return read_part(part, place, kind, is_2d(kind) ? 1 : planes, context);
+    });
     level.gain = object.get("gain", real);
     level.estimator = object.get_name("estimator", estimator);
     level.iterations = object.get("iterations", integer);
     level.log_likelihood = object.get("log_likelihood", real_or_null);
     level.certificate = object.get("certificate", read_certificate);
-    if (kind == ModelKind::car3d) {
-        level.model = CarModel{std::move(field)};
-    } else {
-        level.model = SarModel{std::move(field)};
-    }
     object.finish();
     return level;
+}
+
+/// "none", or what `read` makes of the value.
+template <typename Read>
+void read_station(Object& object, const std::string& key, const Context& context, Read read) {
+    const json& value = object.member(key);
+    if (value.is_string()) {
+        if (value != "none") {
+            fail(context, "it needs a feature, '" + key + "', that this btfield does not have", newer_remedy);
+        }
+        return;
+    }
+    read(value, key);
+}
+
+SpectralBasis read_basis(const json& value, const std::string& where, const TextureModel& model,
+                         const Context& context) {
+    SpectralBasis basis;
+    basis.planes = model.planes;
+    basis.mean = model.mean;
+    for (const std::vector<double>&row :
+         list(value, where, context, [&](const json&inner, const std::string&place, const Context&) {
+             return list(inner, place, context, real);
+         })) {
+        if (row.size() != static_cast<std::size_t>(std::max(model.planes, 0)))
+            fail(context, where + " has a row of another length than 'planes'");
+        ++basis.rank;
+        basis.matrix.insert(basis.matrix.end(), row.begin(), row.end());
+    }
+    return basis;
 }
 
 Provenance read_provenance(const json& value, const std::string& where, const Context& context) {
@@ -347,6 +415,7 @@ Provenance read_provenance(const json& value, const std::string& where, const Co
     provenance.type = object.get_name("type", pixel_type);
     provenance.picture_bytes = object.get("picture_bytes", natural);
     provenance.software = object.get("software", text);
+    provenance.reasons = object.get_list("reasons", text);
     object.finish();
     return provenance;
 }
@@ -361,13 +430,20 @@ TextureModel model_from(const json& value, Context context) {
     model.space = object.get_name("colour_space", colour_space);
     model.factor = object.get("factor", integer);
     model.noise = object.get_name("noise", noise_form);
-    read_absent_station(object, "basis", context);
-    read_absent_station(object, "marginals", context);
     model.mean = object.get_list("mean", real);
+    read_station(object, "basis", context, [&](const json& value_, const std::string& where) {
+        model.basis = read_basis(value_, where, model, context);
+    });
+    read_station(object, "marginals", context, [&](const json& value_, const std::string& where) {
+        model.marginals =
+            list(value_, where, context, [&](const json& inner, const std::string& place, const Context&) {
+                return Marginal{list(inner, place, context, real)};
+            });
+    });
     model.provenance = object.get("provenance", read_provenance);
     model.levels =
         object.get_list("levels", [&](const json& level, const std::string& where, const Context&) {
-            return read_level(level, where, model.kind, model.planes, context);
+            return read_level(level, where, model.kind, modelled_planes(model), context);
         });
     object.finish();
     try {

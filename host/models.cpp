@@ -1,5 +1,6 @@
 #include "btfield/models.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -16,8 +17,19 @@ namespace {
 template <typename Enum, std::size_t N>
 using Names = std::array<std::pair<Enum, std::string_view>, N>;
 
-constexpr Names<ModelKind, 2> model_kinds{{{ModelKind::car3d, "3d-car"}, {ModelKind::msar3d, "3d-msar"}}};
-constexpr Names<Estimator, 1> estimators{{{Estimator::least_squares, "ls"}}};
+constexpr Names<ModelKind, 10> kind_names{{{ModelKind::car2d, "2d-car"},
+                                           {ModelKind::car3d, "3d-car"},
+                                           {ModelKind::ma2d, "2d-ma"},
+                                           {ModelKind::ma3d, "3d-ma"},
+                                           {ModelKind::msar2d, "2d-msar"},
+                                           {ModelKind::msar3d, "3d-msar"},
+                                           {ModelKind::mmrf2d, "2d-mmrf"},
+                                           {ModelKind::mmrf3d, "3d-mmrf"},
+                                           {ModelKind::pmrf2d, "2d-pmrf"},
+                                           {ModelKind::pmrf3d, "3d-pmrf"}}};
+constexpr Names<Estimator, 3> estimators{{{Estimator::least_squares, "ls"},
+                                          {Estimator::maximum_likelihood, "ml"},
+                                          {Estimator::random_decrement, "rd"}}};
 constexpr Names<NoiseForm, 2> noise_forms{{{NoiseForm::full, "full"}, {NoiseForm::diagonal, "diagonal"}}};
 
 template <typename Enum, std::size_t N>
@@ -72,6 +84,7 @@ constexpr bool precedes(Offset s) {
 
 void check_kind(const LinearField& field, const std::set<Offset>& present, const std::string& where) {
     for (const Offset s : field.offsets) {
+        if (s == Offset{}) continue;  // of moving averages: every kind holds it
         bool fits = true;
         switch (field.kind) {
             case NeighbourhoodKind::symmetric:
@@ -96,18 +109,26 @@ void check_kind(const LinearField& field, const std::set<Offset>& present, const
     }
 }
 
-void check_offsets(const LinearField& field, bool causal_only, const std::string& where) {
+void check_offsets(const LinearField& field, Family family, const std::string& where) {
     std::set<Offset> present;
     for (const Offset s : field.offsets) {
         if (s.row < -largest_offset || s.row > largest_offset || s.column < -largest_offset ||
             s.column > largest_offset) {
             refuse(where + "offset " + text_of(s) + " is farther than " + std::to_string(largest_offset));
         }
-        if (s == Offset{}) refuse(where + "the centre (0, 0) is among the offsets");
+        if (s == Offset{} && family != Family::ma) refuse(where + "the centre (0, 0) is among the offsets");
         if (!present.insert(s).second) refuse(where + "offset " + text_of(s) + " is there twice");
-        if (causal_only && !precedes(s)) {
+        if (family == Family::car && !precedes(s)) {
             refuse(where + "offset " + text_of(s) +
                    " does not precede the centre in raster order, as CAR needs");
+        }
+    }
+    if (family == Family::mmrf || family == Family::pmrf) {
+        for (const Offset s : field.offsets) {
+            if (present.count(-s) == 0) {
+                refuse(where + "offset " + text_of(s) +
+                       " has no opposite one among the offsets, as Markov models need");
+            }
         }
     }
     check_kind(field, present, where);
@@ -138,11 +159,12 @@ void check_coefficients(const LinearField& field, const std::string& where) {
 }
 
 /// Positive definite when every pivot of the Cholesky factorisation is positive in float64.
-bool positive_definite(const std::vector<double>& matrix, std::size_t d) {
+/// \param slack added to the diagonal, in units of it, to let semidefinite matrices pass
+bool positive_definite(const std::vector<double>& matrix, std::size_t d, double slack) {
     std::vector<double> factor(matrix.size(), 0.0);
     for (std::size_t j = 0; j < d; ++j) {
         for (std::size_t i = j; i < d; ++i) {
-            double sum = matrix[i * d + j];
+            double sum = matrix[i * d + j] * (i == j ? 1.0 + slack : 1.0);
             for (std::size_t k = 0; k < j; ++k) sum -= factor[i * d + k] * factor[j * d + k];
             if (i == j) {
                 if (!(sum > 0.0) || !std::isfinite(sum)) return false;
@@ -155,7 +177,7 @@ bool positive_definite(const std::vector<double>& matrix, std::size_t d) {
     return true;
 }
 
-void check_noise(const LinearField& field, NoiseForm form, const std::string& where) {
+void check_noise(const LinearField& field, NoiseForm form, bool semidefinite, const std::string& where) {
     const auto d = static_cast<std::size_t>(field.planes);
     const std::vector<double>& sigma = field.noise_covariance;
     const std::size_t expected = product(d, d, where);
@@ -182,10 +204,11 @@ void check_noise(const LinearField& field, NoiseForm form, const std::string& wh
             }
         }
     }
-    if (!positive_definite(sigma, d)) refuse(where + "the noise covariance is not positive definite");
+    if (!positive_definite(sigma, d, semidefinite ? 1e-9 : 0.0))
+        refuse(where + "the noise covariance is not positive definite");
 }
 
-void check_certificate(const LevelModel& level, int planes, const std::string& where) {
+void check_certificate(const LevelModel& level, int planes, bool has_likelihood, const std::string& where) {
     const Certificate& c = level.certificate;
     if (!c.variance_ratio.empty() && c.variance_ratio.size() != static_cast<std::size_t>(planes)) {
         refuse(where + "the certificate has " + std::to_string(c.variance_ratio.size()) +
@@ -201,7 +224,59 @@ void check_certificate(const LevelModel& level, int planes, const std::string& w
             refuse(where + "a variance ratio of a valid certificate is not a finite number >= 0");
         }
     }
-    if (!std::isfinite(level.log_likelihood)) refuse(where + "the log-likelihood is not finite");
+    if (has_likelihood && !std::isfinite(level.log_likelihood))
+        refuse(where + "the log-likelihood is not finite");
+}
+
+/// Markov symmetry: Σ⁻¹ A_{−s} = (Σ⁻¹ A_s)ᵀ, which is A_{−s} Σ = Σ A_sᵀ, or A_{−s} = A_sᵀ.
+void check_symmetry(const MrfModel& model, const std::string& where) {
+    const auto d = static_cast<std::size_t>(model.planes);
+    const std::vector<double>& sigma = model.noise_covariance;
+    const auto times_noise = [&](std::size_t s, std::size_t i, std::size_t j) {
+        if (model.form == MrfForm::pmrf) return model.coefficients[(s * d + i) * d + j];
+        double sum = 0.0;
+        for (std::size_t k = 0; k < d; ++k) sum += model.coefficients[(s * d + i) * d + k] * sigma[k * d + j];
+        return sum;
+    };
+    for (std::size_t s = 0; s < model.offsets.size(); ++s) {
+        const auto found = std::find(model.offsets.begin(), model.offsets.end(), -model.offsets[s]);
+        const auto opposite = static_cast<std::size_t>(found - model.offsets.begin());
+        for (std::size_t i = 0; i < d; ++i) {
+            for (std::size_t j = 0; j < d; ++j) {
+                const double here = times_noise(s, i, j), there = times_noise(opposite, j, i);
+                // Written in decimal and rounded on the way, the two sides differ by roundings of the terms.
+                const double scale = model.form == MrfForm::pmrf
+                                         ? 1.0
+                                         : std::sqrt(sigma[i * d + i]) * std::sqrt(sigma[j * d + j]);
+                if (!(std::abs(here - there) <= 1e-9 * (scale + std::abs(here)))) {
+                    refuse(where + "the coefficients of offset " + text_of(model.offsets[s]) +
+                           " and of its opposite are not those of a Markov model");
+                }
+            }
+        }
+    }
+}
+
+Family family_of(const Model& model) {
+    if (std::holds_alternative<CarModel>(model)) return Family::car;
+    if (std::holds_alternative<SarModel>(model)) return Family::msar;
+    if (std::holds_alternative<MaModel>(model)) return Family::ma;
+    return std::get<MrfModel>(model).form == MrfForm::mmrf ? Family::mmrf : Family::pmrf;
+}
+
+void check_part(const TextureModel& model, const Model& part, const std::string& where) {
+    if (family_of(part) != family(model.kind)) {
+        refuse(where + "it is not a " + std::string(name(model.kind)) + " as the model is");
+    }
+    const LinearField& field = linear_field(part);
+    const int planes = is_2d(model.kind) ? 1 : modelled_planes(model);
+    if (field.planes != planes) {
+        refuse(where + std::to_string(field.planes) + " planes instead of " + std::to_string(planes));
+    }
+    check_offsets(field, family(model.kind), where);
+    check_coefficients(field, where);
+    check_noise(field, model.noise, family(model.kind) == Family::ma, where);
+    if (const auto* markov = std::get_if<MrfModel>(&part)) check_symmetry(*markov, where);
 }
 
 void check_level(const TextureModel& model, const LevelModel& level, Size size, const std::string& where) {
@@ -210,31 +285,81 @@ void check_level(const TextureModel& model, const LevelModel& level, Size size, 
                ", which the pyramid of " + text_of(model.size) + " by factor " +
                std::to_string(model.factor) + " has");
     }
-    const bool car = std::holds_alternative<CarModel>(level.model);
-    if (car != (model.kind == ModelKind::car3d)) {
-        refuse(where + "it is not a " + std::string(name(model.kind)) + " as the model is");
+    const int planes = modelled_planes(model);
+    const auto parts = static_cast<std::size_t>(is_2d(model.kind) ? planes : 1);
+    if (level.models.size() != parts) {
+        refuse(where + std::to_string(level.models.size()) + " models instead of " + std::to_string(parts));
     }
-    const LinearField& field = linear_field(level.model);
-    if (field.planes != model.planes) {
-        refuse(where + std::to_string(field.planes) + " planes instead of " + std::to_string(model.planes));
+    for (std::size_t p = 0; p < parts; ++p) {
+        check_part(model, level.models[p], parts > 1 ? where + "plane " + std::to_string(p) + ": " : where);
     }
-    check_offsets(field, car, where);
-    check_coefficients(field, where);
-    check_noise(field, model.noise, where);
     if (!std::isfinite(level.gain) || level.gain < 0.0)
         refuse(where + "its gain is not a finite number >= 0");
     if (level.iterations < 0) refuse(where + "its number of iterations is negative");
-    check_certificate(level, model.planes, where);
+    check_certificate(level, planes, family(model.kind) != Family::ma, where);
+}
+
+void check_basis(const TextureModel& model) {
+    const SpectralBasis& basis = model.basis;
+    if (basis.planes == 0) {
+        if (is_2d(model.kind)) refuse("a " + std::string(name(model.kind)) + " model has no basis");
+        if (!model.marginals.empty()) refuse("it has marginals and no basis");
+        return;
+    }
+    if (basis.planes != model.planes || basis.mean != model.mean) {
+        refuse("its basis is not one of its " + std::to_string(model.planes) + " planes and their means");
+    }
+    check(basis);
+    if (model.marginals.empty()) return;
+    if (model.marginals.size() != static_cast<std::size_t>(basis.rank)) {
+        refuse(std::to_string(model.marginals.size()) + " marginals for " + std::to_string(basis.rank) +
+               " rows of the basis");
+    }
+    for (const Marginal& marginal : model.marginals) check(marginal);
 }
 
 }  // namespace
 
 std::string_view name(ModelKind kind) {
-    return name_in(model_kinds, kind, "model");
+    return name_in(kind_names, kind, "model");
 }
 
 ModelKind model_kind(std::string_view name) {
-    return value_in(model_kinds, name, "model");
+    return value_in(kind_names, name, "model");
+}
+
+std::span<const ModelKind> model_kinds() {
+    static constexpr auto kinds = [] {
+        std::array<ModelKind, kind_names.size()> list{};
+        for (std::size_t i = 0; i < list.size(); ++i) list[i] = kind_names[i].first;
+        return list;
+    }();
+    return kinds;
+}
+
+bool is_2d(ModelKind kind) {
+    return name(kind).front() == '2';
+}
+
+Family family(ModelKind kind) {
+    switch (kind) {
+        case ModelKind::car2d:
+        case ModelKind::car3d:
+            return Family::car;
+        case ModelKind::ma2d:
+        case ModelKind::ma3d:
+            return Family::ma;
+        case ModelKind::msar2d:
+        case ModelKind::msar3d:
+            return Family::msar;
+        case ModelKind::mmrf2d:
+        case ModelKind::mmrf3d:
+            return Family::mmrf;
+        case ModelKind::pmrf2d:
+        case ModelKind::pmrf3d:
+            break;
+    }
+    return Family::pmrf;
 }
 
 std::string_view name(Estimator estimator) {
@@ -257,17 +382,34 @@ const LinearField& linear_field(const Model& model) {
     return std::visit([](const auto& m) -> const LinearField& { return m; }, model);
 }
 
+namespace {
+
+/// Coefficients that are free: Markov ones come in pairs, where s and −s share theirs.
+std::size_t free_coefficients(const Model& model) {
+    const LinearField& field = linear_field(model);
+    std::size_t coefficients = field.coefficients.size();
+    for (const std::uint8_t present : field.active) coefficients -= present == 0 ? 1 : 0;
+    return std::holds_alternative<MrfModel>(model) ? coefficients / 2 : coefficients;
+}
+
+}  // namespace
+
 std::size_t parameter_count(const TextureModel& model) {
-    const auto d = static_cast<std::size_t>(model.planes);
-    const std::size_t noise = model.noise == NoiseForm::full ? d * (d + 1) / 2 : d;
     std::size_t count = model.mean.size();
     for (const LevelModel& level : model.levels) {
-        const LinearField& field = linear_field(level.model);
-        std::size_t coefficients = field.coefficients.size();
-        for (const std::uint8_t present : field.active) coefficients -= present == 0 ? 1 : 0;
-        count += coefficients + noise + 1;  // 1: the gain
+        count += 1;  // the gain
+        for (const Model& part : level.models) {
+            const auto d = static_cast<std::size_t>(linear_field(part).planes);
+            count += free_coefficients(part) + (model.noise == NoiseForm::full ? d * (d + 1) / 2 : d);
+        }
     }
-    return count;
+    for (const Marginal& marginal : model.marginals) count += marginal.values.size();
+    const auto r = static_cast<std::size_t>(model.basis.rank), d = static_cast<std::size_t>(model.planes);
+    return count + (model.basis.planes > 0 ? r * d - r * (r + 1) / 2 : 0);  // orthonormal rows
+}
+
+int modelled_planes(const TextureModel& model) {
+    return model.basis.planes > 0 ? model.basis.rank : model.planes;
 }
 
 bool is_valid(const TextureModel& model) {
@@ -292,6 +434,7 @@ void check(const TextureModel& model) {
     for (const double value : model.mean) {
         if (!std::isfinite(value)) refuse("a mean is not finite");
     }
+    check_basis(model);
     if (model.levels.empty()) refuse("it has no level");
     Size size = model.size;
     for (std::size_t k = 0; k < model.levels.size(); ++k) {

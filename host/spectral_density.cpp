@@ -56,30 +56,14 @@ struct RowBlocks {
 
 }  // namespace
 
-Eigen::MatrixXd noise_matrix(const LinearField& field) {
-    return Eigen::Map<const RowMajor>(field.noise_covariance.data(), field.planes, field.planes);
-}
-
-LinearField change_basis(const LinearField& field, const Eigen::MatrixXd& basis,
-                         const Eigen::MatrixXd& inverse) {
-    LinearField turned = field;
-    turned.active.clear();
-    const auto block = static_cast<size_t>(field.planes) * static_cast<size_t>(field.planes);
-    for (size_t s = 0; s < field.offsets.size(); ++s) {
-        Eigen::Map<RowMajor> a(turned.coefficients.data() + s * block, field.planes, field.planes);
-        a = (basis * a * inverse).eval();
-    }
-    Eigen::Map<RowMajor> noise(turned.noise_covariance.data(), field.planes, field.planes);
-    const Eigen::MatrixXd product = basis * noise * basis.transpose();
-    noise = 0.5 * (product + product.transpose());
-    return turned;
-}
-
-SpectralRow::SpectralRow(const LinearField& field, int columns)
-    : planes_(field.planes),
+SpectralRow::SpectralRow(const SpectralForm& form, int columns)
+    : kind_(form.kind),
+      planes_(form.planes()),
       columns_(columns),
-      offsets_(field.offsets),
-      coefficients_(field.coefficients),
+      offsets_(form.lambda.offsets),
+      coefficients_(form.lambda.coefficients),
+      left_(form.left),
+      right_(form.right),
       lambda_(planes_ * planes_, columns),
       determinant_(1, columns),
       inverse_(planes_ * planes_, columns) {
@@ -93,7 +77,19 @@ SpectralRow::SpectralRow(const LinearField& field, int columns)
             sine_.push_back(turn.imag());
         }
     }
-    factor_ = noise_matrix(field).llt().matrixL();
+    const Eigen::MatrixXd noise = noise_matrix(form.lambda);
+    switch (kind_) {
+        case SpectralForm::Kind::autoregressive:
+            noise_ = noise.llt().matrixL();
+            break;
+        case SpectralForm::Kind::moving_average:
+            noise_ = symmetric_root(noise);
+            break;
+        case SpectralForm::Kind::mmrf:
+        case SpectralForm::Kind::pmrf:
+            noise_ = noise;
+            break;
+    }
 }
 
 void SpectralRow::evaluate(double row_frequency) {
@@ -205,30 +201,48 @@ void SpectralRow::invert_general() {
     }
 }
 
-void SpectralRow::evaluate_density() {
-    const int d = planes_;
-    if (density_.real(0) == nullptr) {
-        coloured_ = Lanes(d * d, columns_);
-        density_ = Lanes(d * d, columns_);
-    }
+namespace {
+
+/// out = a M, M real, lanes along n. Lanes is SpectralRow's.
+template <class Lanes>
+void times_real(const Lanes& a, const Eigen::MatrixXd& m, Lanes& out, int columns) {
+    const auto d = static_cast<int>(m.rows());
     for (int i = 0; i < d; ++i) {
         for (int k = 0; k < d; ++k) {
-            double* real = coloured_.real(i * d + k);
-            double* imaginary = coloured_.imaginary(i * d + k);
-            std::fill_n(real, columns_, 0.0);
-            std::fill_n(imaginary, columns_, 0.0);
-            for (int j = k; j < d; ++j) {
-                const double factor = factor_(j, k);
+            double* real = out.real(i * d + k);
+            double* imaginary = out.imaginary(i * d + k);
+            std::fill_n(real, columns, 0.0);
+            std::fill_n(imaginary, columns, 0.0);
+            for (int j = 0; j < d; ++j) {
+                const double factor = m(j, k);
                 if (factor == 0.0) continue;
-                const double* a = inverse_.real(i * d + j);
-                const double* b = inverse_.imaginary(i * d + j);
-                for (int n = 0; n < columns_; ++n) {
-                    real[n] += factor * a[n];
-                    imaginary[n] += factor * b[n];
+                const double* x = a.real(i * d + j);
+                const double* y = a.imaginary(i * d + j);
+                for (int n = 0; n < columns; ++n) {
+                    real[n] += factor * x[n];
+                    imaginary[n] += factor * y[n];
                 }
             }
         }
     }
+}
+
+/// out_ij += a_ik conj(b_jk) (b conjugated and transposed) or a_ik b_kj, along n.
+struct Product {
+    const double *ar, *ai, *br, *bi;
+    void add(double* real, double* imaginary, int columns, bool conjugate) const {
+        const double sign = conjugate ? -1.0 : 1.0;
+        for (int n = 0; n < columns; ++n) {
+            real[n] += ar[n] * br[n] - sign * ai[n] * bi[n];
+            imaginary[n] += ai[n] * br[n] + sign * ar[n] * bi[n];
+        }
+    }
+};
+
+}  // namespace
+
+void SpectralRow::square_coloured() {
+    const int d = planes_;
     for (int i = 0; i < d; ++i) {
         for (int j = i; j < d; ++j) {
             double* real = density_.real(i * d + j);
@@ -236,15 +250,64 @@ void SpectralRow::evaluate_density() {
             std::fill_n(real, columns_, 0.0);
             std::fill_n(imaginary, columns_, 0.0);
             for (int k = 0; k < d; ++k) {
-                const double* ar = coloured_.real(i * d + k);
-                const double* ai = coloured_.imaginary(i * d + k);
-                const double* br = coloured_.real(j * d + k);
-                const double* bi = coloured_.imaginary(j * d + k);
-                for (int n = 0; n < columns_; ++n) {
-                    real[n] += ar[n] * br[n] + ai[n] * bi[n];
-                    imaginary[n] += ai[n] * br[n] - ar[n] * bi[n];
+                const Product product{coloured_.real(i * d + k), coloured_.imaginary(i * d + k),
+                                      coloured_.real(j * d + k), coloured_.imaginary(j * d + k)};
+                product.add(real, imaginary, columns_, true);
+            }
+        }
+    }
+}
+
+void SpectralRow::evaluate_density() {
+    const int d = planes_;
+    if (density_.real(0) == nullptr) {
+        coloured_ = Lanes(d * d, columns_);
+        density_ = Lanes(d * d, columns_);
+        if (kind_ == SpectralForm::Kind::pmrf) second_ = Lanes(d * d, columns_);
+    }
+    switch (kind_) {
+        case SpectralForm::Kind::autoregressive:
+            times_real(inverse_, noise_, coloured_, columns_);
+            square_coloured();
+            break;
+        case SpectralForm::Kind::moving_average:
+            times_real(lambda_, noise_, coloured_, columns_);
+            square_coloured();
+            break;
+        case SpectralForm::Kind::mmrf:
+            times_real(inverse_, noise_, density_, columns_);
+            break;
+        case SpectralForm::Kind::pmrf: {
+            // (Λ⁻¹ left) Λ, then times right, then times Λ⁻ᴴ.
+            times_real(inverse_, left_, coloured_, columns_);
+            for (int i = 0; i < d; ++i) {
+                for (int j = 0; j < d; ++j) {
+                    double* real = second_.real(i * d + j);
+                    double* imaginary = second_.imaginary(i * d + j);
+                    std::fill_n(real, columns_, 0.0);
+                    std::fill_n(imaginary, columns_, 0.0);
+                    for (int k = 0; k < d; ++k) {
+                        Product{coloured_.real(i * d + k), coloured_.imaginary(i * d + k),
+                                lambda_.real(k * d + j), lambda_.imaginary(k * d + j)}
+                            .add(real, imaginary, columns_, false);
+                    }
                 }
             }
+            times_real(second_, right_, coloured_, columns_);
+            for (int i = 0; i < d; ++i) {
+                for (int j = i; j < d; ++j) {
+                    double* real = density_.real(i * d + j);
+                    double* imaginary = density_.imaginary(i * d + j);
+                    std::fill_n(real, columns_, 0.0);
+                    std::fill_n(imaginary, columns_, 0.0);
+                    for (int k = 0; k < d; ++k) {
+                        Product{coloured_.real(i * d + k), coloured_.imaginary(i * d + k),
+                                inverse_.real(j * d + k), inverse_.imaginary(j * d + k)}
+                            .add(real, imaginary, columns_, true);
+                    }
+                }
+            }
+            break;
         }
     }
 }
@@ -266,13 +329,13 @@ double SpectralRow::inverse_norm(int n) const {
     return std::sqrt(sum);
 }
 
-SpectralMeans spectral_means(const LinearField& field, Size grid,
+SpectralMeans spectral_means(const SpectralForm& form, Size grid,
                              const std::function<void(int m, const SpectralRow& row)>& visit) {
-    const int d = field.planes;
+    const int d = form.planes();
     const RowBlocks blocks(grid.height);
     std::vector<SpectralMeans> partial(static_cast<size_t>(blocks.count));
     for_each_block(blocks.count, [&](int block) {
-        SpectralRow row(field, grid.width);
+        SpectralRow row(form, grid.width);
         SpectralMeans& sums = partial[static_cast<size_t>(block)];
         sums.covariance.setZero(d, d);
         for (int m = blocks.first(block); m < blocks.last(block); ++m) {
@@ -322,13 +385,13 @@ RowMajor waves(int columns, int largest_lag) {
 
 }  // namespace
 
-LagCovariance model_covariance(const LinearField& field, Size torus, Offset box) {
+LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box) {
     if (torus.height < 1 || torus.width < 1) {
         throw InputError("covariances of a model on a torus",
                          std::to_string(torus.height) + " x " + std::to_string(torus.width) + " has no pixel",
                          "use positive sides");
     }
-    const int d = field.planes;
+    const int d = form.planes();
     LagCovariance result(d, torus, box);
     const RowMajor table = waves(torus.width, box.column);
     const RowBlocks blocks(torus.height);
@@ -336,7 +399,7 @@ LagCovariance model_covariance(const LinearField& field, Size torus, Offset box)
     // Two small transforms in a row, as matrix products: along the columns of the grid, then along its rows.
     std::vector<RowMajor> partial(static_cast<size_t>(blocks.count));
     for_each_block(blocks.count, [&](int block) {
-        SpectralRow row(field, torus.width);
+        SpectralRow row(form, torus.width);
         const int first = blocks.first(block);
         const Eigen::Index rows = std::max(0, blocks.last(block) - first);
         RowMajor along(2 * rows, pairs * lag_columns);  // real and imaginary parts of Σ_n conj(S) e^{iω2 s2}
@@ -380,6 +443,19 @@ LagCovariance model_covariance(const LinearField& field, Size torus, Offset box)
                     result.set(i, j, {s1, s2}, total(s1 + box.row, place + s2 + box.column));
                 }
             }
+        }
+    }
+    return result;
+}
+
+LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box) {
+    if (level.models.size() == 1) return model_covariance(level.models.front(), torus, box);
+    LagCovariance result(static_cast<int>(level.models.size()), torus, box);
+    for (int p = 0; p < result.planes(); ++p) {
+        const LagCovariance own = model_covariance(level.models[static_cast<size_t>(p)], torus, box);
+        for (int row = -box.row; row <= box.row; ++row) {
+            for (int column = -box.column; column <= box.column; ++column)
+                result.set(p, p, {row, column}, own(0, 0, {row, column}));
         }
     }
     return result;

@@ -1,7 +1,6 @@
 #pragma once
 
-// Λ_t and the spectral density S_t = Λ_t⁻¹ Σ Λ_t⁻ᴴ of a linear field, and sums of them over frequency grids
-// (P4 eq. 33, 38).
+// Λ_t and the spectral density S_t of a model, and sums of them over frequency grids (P4 eq. 33, 38).
 
 #include <Eigen/Core>
 #include <complex>
@@ -10,6 +9,7 @@
 
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
+#include "host/spectral_form.hpp"
 
 namespace btfield {
 
@@ -17,7 +17,7 @@ namespace btfield {
 /// are stored as [entry][n], real and imaginary parts apart, so that loops run along n.
 class SpectralRow {
   public:
-    SpectralRow(const LinearField& field, int columns);
+    SpectralRow(const SpectralForm& form, int columns);
 
     /// Λ, its determinant and its inverse. Where Λ is singular the inverse is not finite.
     void evaluate(double row_frequency);
@@ -61,14 +61,17 @@ class SpectralRow {
     };
     void invert_small();
     void invert_general();
+    /// density_ = X Xᴴ of coloured_.
+    void square_coloured();
 
+    SpectralForm::Kind kind_;
     int planes_, columns_;
     std::vector<Offset> offsets_;
     std::vector<double> coefficients_;
-    std::vector<int> column_offsets_;    ///< distinct s2
-    std::vector<double> cosine_, sine_;  ///< of s2 ω2, [distinct s2][n]
-    Eigen::MatrixXd factor_;             ///< lower Cholesky factor of Σ
-    Lanes lambda_, determinant_, inverse_, coloured_, density_;
+    std::vector<int> column_offsets_;       ///< distinct s2
+    std::vector<double> cosine_, sine_;     ///< of s2 ω2, [distinct s2][n]
+    Eigen::MatrixXd noise_, left_, right_;  ///< a root of Σ, or Σ itself for mmrf
+    Lanes lambda_, determinant_, inverse_, coloured_, second_, density_;
 };
 
 /// Means over a grid of frequencies, half of it by symmetry.
@@ -80,19 +83,15 @@ struct SpectralMeans {
 /// \param grid  rows × columns of the frequency grid
 /// \param visit called for every evaluated row m, 0 <= m <= rows / 2, from several threads at a time
 [[nodiscard]] SpectralMeans spectral_means(
-    const LinearField& field, Size grid,
+    const SpectralForm& form, Size grid,
     const std::function<void(int m, const SpectralRow& row)>& visit = {});
 
 /// Covariances of the field on a torus of this size: C_ij(s) = mean_t Re(conj(S_ij(t)) e^{iω_t·s}) over its
 /// own frequencies, zero frequency included. A large grid gives those of the infinite lattice. \throws
 /// InputError when a side is < 1 or the box negative
-[[nodiscard]] LagCovariance model_covariance(const LinearField& field, Size torus, Offset box);
+[[nodiscard]] LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box);
 
-/// The same field seen in another basis of planes, y' = T y: A' = T A T⁻¹, Σ' = T Σ Tᵀ.
-[[nodiscard]] LinearField change_basis(const LinearField& field, const Eigen::MatrixXd& basis,
-                                       const Eigen::MatrixXd& inverse);
-
-/// Σ as a matrix.
-[[nodiscard]] Eigen::MatrixXd noise_matrix(const LinearField& field);
+/// The same of all modelled planes of a level: those of a 2D level's parts are independent of each other.
+[[nodiscard]] LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box);
 
 }  // namespace btfield

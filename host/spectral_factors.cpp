@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "btfield/error.hpp"
 
@@ -34,39 +35,68 @@ double half_angle(int s, int k, int n) {
     return std::numbers::pi * static_cast<double>(turns) / n;
 }
 
-/// A_s, then I − Σ A_s, then the scaled Cholesky factor of Σ.
-std::vector<float> pack_coefficients(const LinearField& field, double scale) {
-    const int d = field.planes;
-    const auto entries = static_cast<std::size_t>(d) * static_cast<std::size_t>(d);
-    std::vector<float> packed;
-    packed.reserve(field.coefficients.size() + 2 * entries);
-    Matrix at_zero = Matrix::Identity(d, d);
-    for (std::size_t i = 0; i < field.coefficients.size(); ++i) {
-        packed.push_back(static_cast<float>(field.coefficients[i]));
-        at_zero.data()[i % entries] -= field.coefficients[i];
-    }
-    for (std::size_t e = 0; e < entries; ++e) packed.push_back(static_cast<float>(at_zero.data()[e]));
-    const Eigen::Map<const Matrix> covariance(field.noise_covariance.data(), d, d);
-    const Eigen::LLT<Matrix> llt(covariance);
+/// The root of Σ that the family's kernel takes.
+Eigen::MatrixXd noise_root(const SpectralForm& form) {
+    const Eigen::MatrixXd covariance = noise_matrix(form.lambda);
+    if (form.kind == SpectralForm::Kind::moving_average) return symmetric_root(covariance);
+    const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
     if (llt.info() != Eigen::Success)
         throw InputError("take the root of the noise covariance", "it is not positive definite",
                          "fit the model again");
-    const Matrix lower = llt.matrixL();
-    for (std::size_t e = 0; e < entries; ++e) packed.push_back(static_cast<float>(scale * lower.data()[e]));
-    return packed;
+    return llt.matrixL();
+}
+
+/// A_s at the places of `offsets`, then I − Σ A_s, then the scaled root of Σ.
+void pack_coefficients(const SpectralForm& form, const std::vector<Offset>& offsets, double scale,
+                       std::vector<float>& packed) {
+    const LinearField& field = form.lambda;
+    const int d = field.planes;
+    const auto entries = static_cast<std::size_t>(d) * static_cast<std::size_t>(d);
+    const std::size_t start = packed.size();
+    packed.resize(start + (offsets.size() + 2) * entries);
+    Matrix at_zero = Matrix::Identity(d, d);
+    for (std::size_t s = 0; s < field.offsets.size(); ++s) {
+        const auto found = std::lower_bound(offsets.begin(), offsets.end(), field.offsets[s]);
+        const std::size_t place = start + static_cast<std::size_t>(found - offsets.begin()) * entries;
+        for (std::size_t e = 0; e < entries; ++e) {
+            const double a = field.coefficients[s * entries + e];
+            packed[place + e] = static_cast<float>(a);
+            at_zero.data()[e] -= a;
+        }
+    }
+    const Matrix root = noise_root(form);
+    const std::size_t tail = start + offsets.size() * entries;
+    for (std::size_t e = 0; e < entries; ++e) {
+        packed[tail + e] = static_cast<float>(at_zero.data()[e]);
+        packed[tail + entries + e] = static_cast<float>(scale * root.data()[e]);
+    }
+}
+
+/// Every offset of any part, once, in raster order.
+std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
+    std::set<Offset> offsets;
+    for (const SpectralForm& part : parts)
+        offsets.insert(part.lambda.offsets.begin(), part.lambda.offsets.end());
+    return {offsets.begin(), offsets.end()};
 }
 
 }  // namespace
 
-SpectralFactors::SpectralFactors(Device::Impl& device, const LinearField& field, Size lattice, double scale,
-                                 const std::vector<double>& mean, double budget)
-    : planes_(field.planes), lattice_(lattice), offsets_count_(static_cast<int>(field.offsets.size())) {
+SpectralFactors::SpectralFactors(Device::Impl& device, const std::vector<SpectralForm>& parts, Size lattice,
+                                 double scale, const std::vector<double>& mean, double budget)
+    : kind_(parts.front().kind),
+      planes_(parts.front().planes()),
+      parts_(static_cast<int>(parts.size())),
+      lattice_(lattice) {
     const int pitch = spectrum_pitch(lattice.height);
-    const std::vector<int> row_steps = distinct(field.offsets, &Offset::row);
-    const std::vector<int> column_steps = distinct(field.offsets, &Offset::column);
+    const std::vector<Offset> offsets = all_offsets(parts);
+    offsets_count_ = static_cast<int>(offsets.size());
+    const std::vector<int> row_steps = distinct(offsets, &Offset::row);
+    const std::vector<int> column_steps = distinct(offsets, &Offset::column);
 
     std::vector<cl_int2> indices;
-    for (const Offset& s : field.offsets)
+    indices.reserve(offsets.size());
+    for (const Offset& s : offsets)
         indices.push_back({{index_of(row_steps, s.row), index_of(column_steps, s.column)}});
     std::vector<float> rows;
     for (const int s : row_steps) {
@@ -82,28 +112,34 @@ SpectralFactors::SpectralFactors(Device::Impl& device, const LinearField& field,
             columns.push_back({{static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))}});
         }
     std::vector<float> means(mean.begin(), mean.end());
+    std::vector<float> coefficients;
+    for (const SpectralForm& part : parts) pack_coefficients(part, offsets, scale, coefficients);
 
-    coefficients_ = device.upload(pack_coefficients(field, scale));
+    coefficients_ = device.upload(coefficients);
     offsets_ = device.upload(indices);
     rows_ = device.upload(rows);
     columns_ = device.upload(columns);
     mean_ = device.upload(means);
 
-    const std::size_t bytes = sizeof(float) * spectrum_floats(lattice, planes_ * planes_);
+    const std::size_t bytes = sizeof(float) * spectrum_floats(lattice, parts_ * planes_ * planes_);
     stored_ = 2.0 * static_cast<double>(bytes) <= budget && bytes <= device.largest_allocation();
     if (!stored_) return;
     factor_re_ = device.buffer(bytes);
     factor_im_ = device.buffer(bytes);
     const auto lanes = static_cast<std::size_t>(device.vector_width());
-    device.launch(kernel(device, "spectral_factors", false),
-                  {static_cast<std::size_t>(pitch) / lanes, static_cast<std::size_t>(lattice.width)}, grain(),
-                  coefficients_, offsets_, rows_, columns_, offsets_count_, factor_re_, factor_im_,
+    device.launch(kernel(device, "spectral_factors", false), range(static_cast<std::size_t>(pitch) / lanes),
+                  grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, factor_re_, factor_im_,
                   lattice.width, pitch);
+}
+
+Range SpectralFactors::range(std::size_t vectors) const {
+    return {vectors, static_cast<std::size_t>(lattice_.width), static_cast<std::size_t>(parts_)};
 }
 
 cl::Kernel& SpectralFactors::kernel(Device::Impl& device, const char* name, bool stored) const {
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_STORED_FACTORS", stored ? 1 : 0);
+    parameters.set("BTFIELD_FACTOR", static_cast<int>(kind_));
     return device.kernel("spectral_solve", name, parameters);
 }
 
@@ -120,29 +156,27 @@ void SpectralFactors::draw(Device::Impl& device, Spectrum& spectrum, const Buffe
     const int pitch = spectrum_pitch(lattice_.height);
     // Blocks of 16 feed 32 frequencies.
     const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
-    const Range range{blocks / static_cast<std::size_t>(device.vector_width()),
-                      static_cast<std::size_t>(lattice_.width)};
+    const Range items = range(blocks / static_cast<std::size_t>(device.vector_width()));
     cl::Kernel& draw = kernel(device, "synthesise_spectrum", stored_);
     if (stored_)
-        device.launch(draw, range, grain(), factor_re_, factor_im_, mean_, keys, spectrum.re, spectrum.im,
-                      lattice_.height, lattice_.width, pitch, batch, static_cast<cl_uint>(level));
+        device.launch(draw, items, grain(), factor_re_, factor_im_, mean_, keys, spectrum.re, spectrum.im,
+                      lattice_.height, lattice_.width, pitch, batch, parts_, static_cast<cl_uint>(level));
     else
-        device.launch(draw, range, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
-                      keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch,
+        device.launch(draw, items, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
+                      keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_,
                       static_cast<cl_uint>(level));
 }
 
 void SpectralFactors::filter(Device::Impl& device, Spectrum& spectrum, int batch) const {
     const int pitch = spectrum_pitch(lattice_.height);
-    const Range range{static_cast<std::size_t>(pitch / device.vector_width()),
-                      static_cast<std::size_t>(lattice_.width)};
+    const Range items = range(static_cast<std::size_t>(pitch / device.vector_width()));
     cl::Kernel& filter = kernel(device, "filter_spectrum", stored_);
     if (stored_)
-        device.launch(filter, range, grain(), factor_re_, factor_im_, mean_, spectrum.re, spectrum.im,
-                      lattice_.height, lattice_.width, pitch, batch);
+        device.launch(filter, items, grain(), factor_re_, factor_im_, mean_, spectrum.re, spectrum.im,
+                      lattice_.height, lattice_.width, pitch, batch, parts_);
     else
-        device.launch(filter, range, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
-                      spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch);
+        device.launch(filter, items, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
+                      spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_);
 }
 
 void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer& keys, Size lattice,

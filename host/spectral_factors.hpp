@@ -1,22 +1,24 @@
 #pragma once
 
 /// \file
-/// Per-frequency factors F_t = scale · Λ_t⁻¹ Σ^{1/2} of one level, and what is done with them on the device.
+/// Per-frequency factors F_t of one level, S_t = F_t F_tᴴ, and what is done with them on the device.
 
 #include <vector>
 
-#include "btfield/models.hpp"
 #include "host/cl/device_impl.hpp"
+#include "host/spectral_form.hpp"
 
 namespace btfield {
 
 class SpectralFactors {
   public:
+    /// \param parts    one model of all planes, or single-plane models of one family; they are independent of
+    ///                 each other
     /// \param lattice  of the level's transform
-    /// \param scale    of Σ^{1/2}: level gain and the transform's normalisation
-    /// \param mean     added to every pixel, one per plane
+    /// \param scale    of F: level gain and the transform's normalisation
+    /// \param mean     added to every pixel, one per plane of all parts
     /// \param budget   bytes that storing the factors may take; beyond, they are computed where they are used
-    SpectralFactors(Device::Impl& device, const LinearField& field, Size lattice, double scale,
+    SpectralFactors(Device::Impl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
                     const std::vector<double>& mean, double budget);
 
     /// Spectra of `batch` textures from noise drawn in frequency. keys: two seed words per texture.
@@ -30,7 +32,11 @@ class SpectralFactors {
     [[nodiscard]] cl::Kernel& kernel(Device::Impl& device, const char* name, bool stored) const;
     [[nodiscard]] Grain grain() const;
 
-    int planes_;
+    [[nodiscard]] Range range(std::size_t vectors) const;
+
+    SpectralForm::Kind kind_;
+    int planes_;  ///< of one part
+    int parts_;
     Size lattice_;
     int offsets_count_;
     bool stored_ = false;

@@ -8,6 +8,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/pyramid.hpp"
+#include "host/planes.hpp"
 #include "host/pyramid_stages.hpp"
 #include "host/spectral_factors.hpp"
 
@@ -118,11 +119,13 @@ class Synthesiser::Impl {
     Impl(Device& device, const TextureModel& model, Size size, const SynthesisOptions& options)
         : device_(&device.impl()),
           planes_(model.planes),
+          modelled_(modelled_planes(model)),
           space_(model.space),
           size_(size),
           layout_(checked(model, size, options)),
           options_(options),
           stages_(*device_, model.factor) {
+        if (model.basis.planes > 0) restorer_.emplace(*device_, model.basis, model.marginals);
         if (!fits(*device_, layout_, planes_, 1)) refuse_size(*device_, model, size, layout_);
         const std::size_t target = device_->is_cpu() ? cpu_batch_bytes : gpu_batch_bytes;
         batch_ = 1;
@@ -137,9 +140,12 @@ class Synthesiser::Impl {
             const double variance = options.noise_domain == NoiseDomain::frequency
                                         ? 1.0 / (2.0 * static_cast<double>(area(t)))
                                         : 1.0 / (static_cast<double>(area(t)) * static_cast<double>(area(t)));
+            // Where there is a basis, the mean is added with it.
+            const bool adds_mean = k == last && model.basis.planes == 0;
             const std::vector<double> mean =
-                k == last ? model.mean : std::vector<double>(model.mean.size(), 0.0);
-            factors_.emplace_back(*device_, linear_field(model.levels[k].model), t,
+                adds_mean ? model.mean : std::vector<double>(static_cast<std::size_t>(modelled_), 0.0);
+            const std::vector<Model>& models = model.levels[k].models;
+            factors_.emplace_back(*device_, std::vector<SpectralForm>(models.begin(), models.end()), t,
                                   model.levels[k].gain * std::sqrt(variance), mean, spare / 4.0);
             spare -= factors_.back().stored_bytes();
             static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
@@ -198,12 +204,12 @@ class Synthesiser::Impl {
             DevicePlanes level = grow_level(k, keys, batch);
             sum = sum.values ? stages_.add_expanded(std::move(level), sum, 1.0F) : std::move(level);
         }
-        return sum;
+        return restorer_ ? restorer_->restore(std::move(sum)) : std::move(sum);
     }
 
     [[nodiscard]] DevicePlanes grow_level(std::size_t k, const Buffer& keys, int batch) {
         const Size t = layout_.transforms[k];
-        const int planes = batch * planes_;
+        const int planes = batch * modelled_;
         Fft& fft = device_->ffts().plan(*device_, t, device_->options().fft);
         const std::size_t half = sizeof(float) * spectrum_floats(t, planes);
         Buffer images;
@@ -211,7 +217,7 @@ class Synthesiser::Impl {
         const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(planes) * area(t);
         if (options_.noise_domain == NoiseDomain::spatial) {
             images = device_->buffer(bytes);
-            draw_normal_field(*device_, images, keys, t, planes_, batch, static_cast<int>(k));
+            draw_normal_field(*device_, images, keys, t, modelled_, batch, static_cast<int>(k));
             fft.forward(*device_, images, spectrum, planes);
             factors_[k].filter(*device_, spectrum, batch);
         } else {
@@ -246,7 +252,8 @@ class Synthesiser::Impl {
     }
 
     Device::Impl* device_;
-    int planes_;
+    int planes_;    ///< of the picture
+    int modelled_;  ///< of the levels
     ColourSpace space_;
     Size size_;
     Layout layout_;
@@ -254,6 +261,7 @@ class Synthesiser::Impl {
     PyramidStages stages_;
     int batch_ = 1;
     std::vector<SpectralFactors> factors_;
+    std::optional<PlaneRestorer> restorer_;
 };
 
 Synthesiser::Synthesiser(Device& device, const TextureModel& model, Size size,

@@ -49,7 +49,7 @@ struct Cell {
 /// Λ around one point.
 template <int Planes>
 struct Surroundings {
-    typename LocalLambda<Planes>::Matrix inverse;
+    typename LocalLambda<Planes>::Matrix lambda, inverse;
     Complex determinant;
     double inverse_norm = 0.0;
     double by_row = 0.0, by_column = 0.0;  ///< ‖Λ⁻¹ ∂Λ‖_F
@@ -59,7 +59,13 @@ template <int Planes>
 class Bounds {
   public:
     using Matrix = typename LocalLambda<Planes>::Matrix;
-    explicit Bounds(const LinearField& field) : lambda_(field), factor_(noise_matrix(field).llt().matrixL()) {
+    explicit Bounds(const SpectralForm& form) : lambda_(form.lambda), kind_(form.kind) {
+        const Eigen::MatrixXd noise = noise_matrix(form.lambda);
+        noise_ = kind_ == SpectralForm::Kind::autoregressive ? Eigen::MatrixXd(noise.llt().matrixL()) : noise;
+        if (kind_ == SpectralForm::Kind::pmrf) {
+            left_ = form.left;
+            right_ = form.right;
+        }
         for (const auto& term : lambda_.terms()) {
             const Eigen::MatrixXd a = term.coefficient;
             // Two bounds of the spectral norm; neither is always the smaller one.
@@ -72,7 +78,7 @@ class Bounds {
             row_curvature_ += norm * row * row;
             column_curvature_ += norm * column * column;
         }
-        step_ = 0.95 * std::min(1.0, 2.0 / std::sqrt(static_cast<double>(field.planes)));
+        step_ = 0.95 * std::min(1.0, 2.0 / std::sqrt(static_cast<double>(form.planes())));
     }
     [[nodiscard]] double slope() const { return slope_; }
 
@@ -80,6 +86,7 @@ class Bounds {
         Matrix value, by_row, by_column;
         lambda_.derivatives(p.row, p.column, value, by_row, by_column);
         Surroundings<Planes> at;
+        at.lambda = value;
         if constexpr (Planes == Eigen::Dynamic) {
             const Eigen::PartialPivLU<Matrix> lu(value);
             at.inverse = lu.inverse();
@@ -101,8 +108,15 @@ class Bounds {
     }
     /// sum += scale · Re S
     void add_density(const Surroundings<Planes>& at, double scale, Eigen::MatrixXd& sum) const {
-        const Matrix coloured = at.inverse * factor_;
-        const Matrix density = coloured * coloured.adjoint();
+        Matrix density;
+        if (kind_ == SpectralForm::Kind::mmrf) {
+            density = at.inverse * noise_;
+        } else if (kind_ == SpectralForm::Kind::pmrf) {
+            density = at.inverse * left_ * at.lambda * right_ * at.inverse.adjoint();
+        } else {
+            const Matrix coloured = at.inverse * noise_;
+            density = coloured * coloured.adjoint();
+        }
         for (Eigen::Index i = 0; i < sum.rows(); ++i) {
             for (Eigen::Index j = 0; j < sum.cols(); ++j) sum(i, j) += scale * density(i, j).real();
         }
@@ -150,7 +164,9 @@ class Bounds {
 
   private:
     LocalLambda<Planes> lambda_;
-    Eigen::Matrix<double, Planes, Planes> factor_;
+    SpectralForm::Kind kind_;
+    Eigen::Matrix<double, Planes, Planes> noise_;  ///< its Cholesky factor where autoregressive
+    Eigen::Matrix<double, Planes, Planes> left_, right_;
     double slope_ = 0.0, curvature_ = 0.0, row_curvature_ = 0.0, column_curvature_ = 0.0, step_ = 0.0;
 };
 
@@ -224,11 +240,11 @@ std::array<Cell, 9> divide(const Cell& cell) {
 template <int Planes>
 class Search {
   public:
-    Search(const LinearField& field, const NodeValues& nodes)
-        : bounds_(field), nodes_(nodes), real_(is_real(field)) {
-        result_.covariance.setZero(field.planes, field.planes);
+    Search(const SpectralForm& form, const NodeValues& nodes)
+        : bounds_(form), nodes_(nodes), real_(form.is_markov() || is_real(form.lambda)) {
+        result_.covariance.setZero(form.planes(), form.planes());
         // Evaluations cost about d³; beyond this many, Λ is near singular along curves and not near points.
-        const double planes = field.planes;
+        const double planes = form.planes();
         budget_ = static_cast<size_t>(150000.0 / std::max(1.0, planes * planes * planes / 64.0));
     }
 
@@ -343,18 +359,18 @@ class Search {
 
 }  // namespace
 
-TorusSearch search_torus(const LinearField& field, const NodeValues& nodes) {
-    switch (field.planes) {
+TorusSearch search_torus(const SpectralForm& form, const NodeValues& nodes) {
+    switch (form.planes()) {
         case 1:
-            return Search<1>(field, nodes).run();
+            return Search<1>(form, nodes).run();
         case 2:
-            return Search<2>(field, nodes).run();
+            return Search<2>(form, nodes).run();
         case 3:
-            return Search<3>(field, nodes).run();
+            return Search<3>(form, nodes).run();
         case 4:
-            return Search<4>(field, nodes).run();
+            return Search<4>(form, nodes).run();
         default:
-            return Search<Eigen::Dynamic>(field, nodes).run();
+            return Search<Eigen::Dynamic>(form, nodes).run();
     }
 }
 

@@ -6,7 +6,7 @@
 #include <complex>
 #include <vector>
 
-#include "btfield/models.hpp"
+#include "host/spectral_form.hpp"
 
 namespace btfield {
 
@@ -38,10 +38,10 @@ struct TorusSearch {
 /// more, arg det Λ is followed along their edges, in steps that the same bound proves shorter than half a
 /// turn: the turns around a square are the zeros inside. Zeros of opposite sign closer together than the
 /// squares of that division, at most π/(9 side), may be missed when there are others; when none is found, the
-/// division goes on until every square is excluded or `decided` is false. When Λ is real (A_s = A_{−s}:
-/// symmetric coefficients), zeros form curves: then the count is that of the grid's squares in which det Λ
-/// changes sign. \param field in a basis of planes in which coefficients are small: zeros do not depend on
-/// the basis
-[[nodiscard]] TorusSearch search_torus(const LinearField& field, const NodeValues& nodes);
+/// division goes on until every square is excluded or `decided` is false. When det Λ is real (A_s = A_{−s}:
+/// symmetric coefficients; Markov models), zeros form curves: then the count is that of the grid's squares in
+/// which det Λ changes sign. \param form in a basis of planes in which coefficients are small: zeros do not
+/// depend on the basis
+[[nodiscard]] TorusSearch search_torus(const SpectralForm& form, const NodeValues& nodes);
 
 }  // namespace btfield

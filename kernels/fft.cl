@@ -203,13 +203,6 @@ inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __g
     return swapped;
 }
 
-inline REALN load_up_to(__global const float* p, int count) {
-    if (count >= VW) return LOADN(p);
-    float lanes[VW];
-    for (int l = 0; l < VW; ++l) lanes[l] = l < count ? p[l] : 0.0f;
-    return LOADN(lanes);
-}
-
 #ifdef BTFIELD_KERNEL_fft_columns_inverse
 // Inverse pass 1, length W: spectrum (re, im) → (mid_re, mid_im). Work-item (vector of ky, plane).
 __kernel void fft_columns_inverse(__global const float* re, __global const float* im, __global float* mid_re,

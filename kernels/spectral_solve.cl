@@ -1,4 +1,9 @@
-// Synthesis in the frequency domain: Ỹ_t = F_t z_t, F_t = scale · Λ_t⁻¹ Σ^{1/2} (P4 eq. 28, 29; MODELS sections 7, 11).
+// Synthesis in the frequency domain: Ỹ_t = F_t z_t (P4 eq. 28, 29; MODELS sections 7 to 9, 11).
+//
+// A texture has `parts` models of d planes each: one of all planes (3D models), or one per plane with d = 1 (2D models). The
+// part is work-item dimension 2. BTFIELD_FACTOR says what F_t is:
+//   0 autoregressive   scale · Λ_t⁻¹ Σ^{1/2}
+//   1 moving average   scale · Λ_t Σ^{1/2}, Λ_t the transfer function
 //
 // Λ_t = M + Σ_s A_s u_s with M = I − Σ_s A_s and u_s = 1 − exp(√−1 ω_s·t), so that Λ keeps its relative accuracy where it is
 // small, around frequency 0. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors: [i][j][kx][ky], re and im.
@@ -7,6 +12,9 @@
 
 #ifndef BTFIELD_PLANES
 #error "BTFIELD_PLANES (number of planes d) is not defined"
+#endif
+#ifndef BTFIELD_FACTOR
+#error "BTFIELD_FACTOR (0 or 1, what F is) is not defined"
 #endif
 // 0: factors are computed where they are used; 1: they are read from memory.
 #ifndef BTFIELD_STORED_FACTORS
@@ -23,17 +31,17 @@
 #endif
 
 // What a factor is computed from.
-//   coefficients: A_s at [s][i][j], then M at [i][j], then scale · Σ^{1/2} (lower triangular) at [i][j]
+//   coefficients: of each part A_s at [s][i][j], then M at [i][j], then scale · Σ^{1/2} at [i][j]
 //   offsets: per s the table row of s1 in `rows` and of s2 in `columns`
 //   rows: cos and sin of π·s1·ky/H at [2·row][ky] and [2·row + 1][ky], pitch as the spectrum
 //   columns: cos and sin of π·s2·kx/W at [row][kx]
 #define FACTOR_ARGUMENTS                                                                                  \
     __global const float *coefficients, __global const int2 *offsets, __global const float *rows,         \
         __global const float2 *columns, int count
+#define COEFFICIENTS_OF(part) (coefficients + (size_t)(part) * (count + 2) * D * D)
 
-// F_t at (kx, ky…) by elimination with lane-wise row pivoting.
-inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
-    REALN lr[D * D], li[D * D];
+// Λ_t at (kx, ky…).
+inline void evaluate_lambda(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* lr, REALN* li) {
     UNROLL
     for (int e = 0; e < D * D; ++e) {
         lr[e] = coefficients[count * D * D + e];
@@ -55,6 +63,13 @@ inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN
             li[e] = fma((REALN)(a[e]), ui, li[e]);
         }
     }
+}
+
+#if BTFIELD_FACTOR == 0
+// F_t by elimination with lane-wise row pivoting.
+inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+    REALN lr[D * D], li[D * D];
+    evaluate_lambda(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, lr, li);
     __global const float* noise = coefficients + (size_t)(count + 1) * D * D;
     UNROLL
     for (int e = 0; e < D * D; ++e) {
@@ -118,36 +133,61 @@ inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN
     }
 }
 
+#elif BTFIELD_FACTOR == 1
+// F_t as a product.
+inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+    REALN lr[D * D], li[D * D];
+    evaluate_lambda(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, lr, li);
+    __global const float* noise = coefficients + (size_t)(count + 1) * D * D;
+    UNROLL
+    for (int i = 0; i < D; ++i) {
+        UNROLL
+        for (int k = 0; k < D; ++k) {
+            REALN re = 0.0f, im = 0.0f;
+            UNROLL
+            for (int j = 0; j < D; ++j) {
+                re = fma(lr[i * D + j], (REALN)(noise[j * D + k]), re);
+                im = fma(li[i * D + j], (REALN)(noise[j * D + k]), im);
+            }
+            fr[i * D + k] = re;
+            fi[i * D + k] = im;
+        }
+    }
+}
+#endif
+
 #if BTFIELD_STORED_FACTORS
 #define FACTOR_SOURCE __global const float *factor_re, __global const float *factor_im
 
-inline void fetch_factor(FACTOR_SOURCE, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
     UNROLL
     for (int e = 0; e < D * D; ++e) {
-        const size_t i = ((size_t)e * width + kx) * pitch + ky;
+        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
         fr[e] = LOADN(factor_re + i);
         fi[e] = LOADN(factor_im + i);
     }
 }
 
-#define FETCH_FACTOR(kx, ky, fr, fi) fetch_factor(factor_re, factor_im, kx, ky, width, pitch, fr, fi)
+#define FETCH_FACTOR(part, kx, ky, fr, fi) fetch_factor(factor_re, factor_im, part, kx, ky, width, pitch, fr, fi)
 #else
 #define FACTOR_SOURCE FACTOR_ARGUMENTS
-#define FETCH_FACTOR(kx, ky, fr, fi) factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi)
+#define FETCH_FACTOR(part, kx, ky, fr, fi) \
+    factor(COEFFICIENTS_OF(part), offsets, rows, columns, count, kx, ky, width, pitch, fr, fi)
 #endif
 
 #ifdef BTFIELD_KERNEL_spectral_factors
-// Factors of every frequency of the half spectrum. Work-item (vector of ky, kx).
+// Factors of every frequency of the half spectrum, [part][i][j][kx][ky]. Work-item (vector of ky, kx, part).
 __kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __global float* factor_im, int width,
                                int pitch) {
     const int ky = (int)get_global_id(0) * VW;
     const int kx = (int)get_global_id(1);
+    const int part = (int)get_global_id(2);
     if (ky >= pitch) return;
     REALN fr[D * D], fi[D * D];
-    factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
+    factor(COEFFICIENTS_OF(part), offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
     UNROLL
     for (int e = 0; e < D * D; ++e) {
-        const size_t i = ((size_t)e * width + kx) * pitch + ky;
+        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
         STOREN(fr[e], factor_re + i);
         STOREN(fi[e], factor_im + i);
     }
@@ -176,12 +216,13 @@ inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, c
 #ifdef BTFIELD_KERNEL_synthesise_spectrum
 // Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures.
 // Bin ky of a row kx is pair ky/16 % 2 of block 16·(ky/32) + ky%16; on ky = 0 and H/2 the upper half of kx mirrors the lower
-// and self-conjugate bins are real. Work-item (vector of blocks, kx).
+// and self-conjugate bins are real. Work-item (vector of blocks, kx, part).
 __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __global const uint2* seeds,
                                   __global float* re, __global float* im, int height, int width, int pitch, int batch,
-                                  uint level) {
+                                  int parts, uint level) {
     const int item = (int)get_global_id(0);
     const int kx = (int)get_global_id(1);
+    const int part = (int)get_global_id(2);
     const int block = item * VW;
     const int ky0 = (block / 16) * 32 + block % 16;
     const int last = height / 2;
@@ -191,11 +232,11 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
     const int mirror = kx == 0 ? 0 : width - kx;
 
     REALN fr[2][D * D], fi[2][D * D];
-      INTN own[2];  // bins that are conjugate to themselves or to another bin of the same column
+    INTN own[2];  // bins that are conjugate to themselves or to another bin of the same column
     int special[2];
     for (int h = 0; h < pairs; ++h) {
         const int ky = ky0 + 16 * h;
-        FETCH_FACTOR(kx, ky, fr[h], fi[h]);
+        FETCH_FACTOR(part, kx, ky, fr[h], fi[h]);
         const INTN index = AS_INTN(LANE_INDEX) + ky;
         own[h] = MASK(index == 0);
         if (height % 2 == 0) own[h] |= MASK(index == last);
@@ -208,7 +249,7 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
             philox_words counter;
             counter.x = (UINTN)((uint)block) + LANE_INDEX;
             counter.y = (UINTN)((uint)kx);
-            counter.z = (UINTN)((uint)j);
+            counter.z = (UINTN)((uint)(part * D + j));
             counter.w = (UINTN)(noise_level(level, BTFIELD_DOMAIN_SPECTRAL));
             const philox_words words = philox4x32_10(counter, seed.x, seed.y);
             box_muller(words.x, words.y, &zr[0][j], &zi[0][j]);
@@ -230,31 +271,33 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
         }
         for (int h = 0; h < pairs; ++h) {
             const int ky = ky0 + 16 * h;
-            apply_and_store(fr[h], fi[h], zr[h], zi[h], mean, re, im,
-                            (size_t)b * D * plane_size + (size_t)kx * pitch + ky, plane_size, kx == 0 && ky == 0);
+            const size_t base = (size_t)(b * parts + part) * D * plane_size + (size_t)kx * pitch + ky;
+            apply_and_store(fr[h], fi[h], zr[h], zi[h], mean + part * D, re, im, base, plane_size,
+                            kx == 0 && ky == 0);
         }
     }
 }
 #endif
 
 #ifdef BTFIELD_KERNEL_filter_spectrum
-// The same for noise that was drawn on the lattice and transformed: in place. Work-item (vector of ky, kx).
+// The same for noise that was drawn on the lattice and transformed: in place. Work-item (vector of ky, kx, part).
 __kernel void filter_spectrum(FACTOR_SOURCE, __global const float* mean, __global float* re, __global float* im,
-                              int height, int width, int pitch, int batch) {
+                              int height, int width, int pitch, int batch, int parts) {
     const int ky = (int)get_global_id(0) * VW;
     const int kx = (int)get_global_id(1);
+    const int part = (int)get_global_id(2);
     if (ky > height / 2) return;
     const size_t plane_size = (size_t)width * pitch;
     REALN fr[D * D], fi[D * D];
-    FETCH_FACTOR(kx, ky, fr, fi);
+    FETCH_FACTOR(part, kx, ky, fr, fi);
     for (int b = 0; b < batch; ++b) {
-        const size_t base = (size_t)b * D * plane_size + (size_t)kx * pitch + ky;
+        const size_t base = (size_t)(b * parts + part) * D * plane_size + (size_t)kx * pitch + ky;
         REALN zr[D], zi[D];
         for (int j = 0; j < D; ++j) {
             zr[j] = LOADN(re + base + (size_t)j * plane_size);
             zi[j] = LOADN(im + base + (size_t)j * plane_size);
         }
-        apply_and_store(fr, fi, zr, zi, mean, re, im, base, plane_size, kx == 0 && ky == 0);
+        apply_and_store(fr, fi, zr, zi, mean + part * D, re, im, base, plane_size, kx == 0 && ky == 0);
     }
 }
 #endif

@@ -315,7 +315,7 @@ TEST(Cli, OptionsReachTheFit) {
     const TextureModel model = read_model(folder / "m.json");
     EXPECT_EQ(model.noise, NoiseForm::diagonal);
     EXPECT_EQ(model.factor, 3);
-    EXPECT_EQ(linear_field(model.levels[0].model).kind, NeighbourhoodKind::unilateral);
+    EXPECT_EQ(linear_field(model.levels[0].models.front()).kind, NeighbourhoodKind::unilateral);
     EXPECT_EQ(model.provenance.picture_bytes, 90U * 60U);
 }
 

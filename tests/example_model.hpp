@@ -52,9 +52,9 @@ inline TextureModel example_model(ModelKind kind = ModelKind::car3d, int planes 
         LevelModel level;
         level.size = sizes[k];
         if (kind == ModelKind::car3d) {
-            level.model = CarModel{std::move(field)};
+            level.models = {CarModel{std::move(field)}};
         } else {
-            level.model = SarModel{std::move(field)};
+            level.models = {SarModel{std::move(field)}};
         }
         level.gain = 1.0 + 1.0 / (7.0 + static_cast<double>(k));
         level.log_likelihood = 4.0 / 3.0;
@@ -66,7 +66,7 @@ inline TextureModel example_model(ModelKind kind = ModelKind::car3d, int planes 
 
 /// The linear part, to be spoilt.
 inline LinearField& field_of(TextureModel& model, std::size_t level) {
-    return std::visit([](auto& m) -> LinearField& { return m; }, model.levels[level].model);
+    return std::visit([](auto& m) -> LinearField& { return m; }, model.levels[level].models.front());
 }
 
 }  // namespace btfield::test

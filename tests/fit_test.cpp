@@ -381,8 +381,9 @@ TEST(Fit, RepeatsBitForBitAndReportsItsStages) {
     ASSERT_EQ(first.levels.size(), 3U);
     for (std::size_t k = 0; k < 3; ++k) {
         const LevelModel &a = first.levels[k], &b = second.levels[k];
-        EXPECT_EQ(linear_field(a.model).coefficients, linear_field(b.model).coefficients);
-        EXPECT_EQ(linear_field(a.model).noise_covariance, linear_field(b.model).noise_covariance);
+        EXPECT_EQ(linear_field(a.models.front()).coefficients, linear_field(b.models.front()).coefficients);
+        EXPECT_EQ(linear_field(a.models.front()).noise_covariance,
+                  linear_field(b.models.front()).noise_covariance);
         EXPECT_EQ(a.gain, b.gain);
         EXPECT_EQ(a.certificate.min_singular, b.certificate.min_singular);
         EXPECT_EQ(a.log_likelihood, b.log_likelihood);
@@ -408,7 +409,7 @@ TEST(Fit, LikelihoodIsTheGaussianOneOnTheTorus) {
         const TextureModel model = fit(device(), image, options);
         ASSERT_TRUE(is_valid(model));
         const Eigen::MatrixXd covariance =
-            reference::field_covariance(linear_field(model.levels[0].model), size);
+            reference::field_covariance(linear_field(model.levels[0].models.front()), size);
         Eigen::VectorXd y(covariance.rows());
         for (int i = 0; i < 2; ++i) {
             for (int r = 0; r < size.height; ++r) {

@@ -52,9 +52,9 @@ void expect_same(const TextureModel& a, const TextureModel& b) {
     ASSERT_EQ(a.levels.size(), b.levels.size());
     for (std::size_t k = 0; k < a.levels.size(); ++k) {
         const LevelModel &p = a.levels[k], &q = b.levels[k];
-        const LinearField &f = linear_field(p.model), &g = linear_field(q.model);
+        const LinearField &f = linear_field(p.models.front()), &g = linear_field(q.models.front());
         EXPECT_EQ(p.size, q.size);
-        EXPECT_EQ(p.model.index(), q.model.index());
+        EXPECT_EQ(p.models.front().index(), q.models.front().index());
         EXPECT_EQ(f.planes, g.planes);
         EXPECT_EQ(f.kind, g.kind);
         EXPECT_EQ(f.offsets, g.offsets);

@@ -63,8 +63,8 @@ TEST(Models, UnknownNamesListWhatExists) {
 
 TEST(Models, LinearFieldIsTheOneInside) {
     TextureModel car = example_model(ModelKind::car3d), sar = example_model(ModelKind::msar3d);
-    EXPECT_EQ(&linear_field(car.levels[0].model), &field_of(car, 0));
-    EXPECT_EQ(&linear_field(sar.levels[1].model), &field_of(sar, 1));
+    EXPECT_EQ(&linear_field(car.levels[0].models.front()), &field_of(car, 0));
+    EXPECT_EQ(&linear_field(sar.levels[1].models.front()), &field_of(sar, 1));
 }
 
 TEST(Models, ParameterCount) {
@@ -147,7 +147,7 @@ TEST(Models, CheckNamesTheDefect) {
          [](TextureModel& m) {
              SarModel other;
              static_cast<LinearField&>(other) = field_of(m, 1);
-             m.levels[1].model = other;
+             m.levels[1].models = {other};
          }},
         {"level 0: it is not a 3d-msar", [](TextureModel& m) { m.kind = ModelKind::msar3d; }},
         {"level 1: 3 planes", [](TextureModel& m) { field_of(m, 1).planes = 3; }},

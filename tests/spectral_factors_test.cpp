@@ -168,7 +168,7 @@ double check_factors(Device& device, const LinearField& field, Size lattice, dou
                      double scale = 1.0) {
     const int d = field.planes;
     const std::vector<double> no_mean(static_cast<std::size_t>(d), 0.0);
-    const SpectralFactors factors(device.impl(), field, lattice, scale, no_mean, memory);
+    const SpectralFactors factors(device.impl(), {field}, lattice, scale, no_mean, memory);
     EXPECT_EQ(factors.stored_bytes() > 0.0, memory > 0.0);
     HostSpectrum units(lattice, d * d, 0.0F);
     for (int j = 0; j < d; ++j)
@@ -201,7 +201,7 @@ void check_draw(Device& device, const LinearField& field, Size lattice, double m
     const int d = field.planes, level = 3;
     std::vector<double> mean;
     for (int i = 0; i < d; ++i) mean.push_back(100.0 + i);
-    const SpectralFactors factors(device.impl(), field, lattice, 0.5, mean, memory);
+    const SpectralFactors factors(device.impl(), {field}, lattice, 0.5, mean, memory);
     const std::vector<std::uint64_t> seeds{1, 0xfedcba9876543210};
     const HostSpectrum found = drawn(device, factors, lattice, d, seeds, level);
     for_each_frequency(lattice, [&](int kx, int ky) {
@@ -342,7 +342,7 @@ TEST_F(SpectralFactorsNative, FilterTakesAnySpectrumAndAddsTheMean) {
         for (const Size lattice : {Size{13, 7}, Size{34, 5}}) {
             SCOPED_TRACE(test::text(lattice));
             constexpr int batch = 2;
-            const SpectralFactors factors(device_.impl(), field, lattice, 0.5, mean, memory);
+            const SpectralFactors factors(device_.impl(), {field}, lattice, 0.5, mean, memory);
             HostSpectrum in(lattice, 3 * batch, nan_value);  // the padding stays undefined
             std::mt19937 generator(3);
             std::normal_distribution<float> normal;
@@ -374,7 +374,7 @@ TEST_F(SpectralFactorsNative, FilterTakesAnySpectrumAndAddsTheMean) {
 TEST_F(SpectralFactorsNative, BatchesAreTheirTextures) {
     const LinearField field = random_field(3, neighbourhood(2, NeighbourhoodKind::causal));
     const Size lattice{34, 6};
-    const SpectralFactors factors(device_.impl(), field, lattice, 1.0, {0.0, 0.0, 0.0}, all_memory);
+    const SpectralFactors factors(device_.impl(), {field}, lattice, 1.0, {0.0, 0.0, 0.0}, all_memory);
     const std::vector<std::uint64_t> seeds{9, 8, 7};
     const HostSpectrum together = drawn(device_, factors, lattice, 3, seeds, 0);
     for (std::size_t b = 0; b < seeds.size(); ++b) {
@@ -391,15 +391,15 @@ TEST_F(SpectralFactorsNative, BudgetDecidesWhatIsStored) {
     const Size lattice{20, 12};
     const double bytes = 2.0 * sizeof(float) * static_cast<double>(spectrum_floats(lattice, 4));
     const std::vector<double> mean(2, 0.0);
-    EXPECT_EQ(SpectralFactors(device_.impl(), field, lattice, 1.0, mean, bytes).stored_bytes(), bytes);
-    EXPECT_EQ(SpectralFactors(device_.impl(), field, lattice, 1.0, mean, bytes - 1.0).stored_bytes(), 0.0);
-    EXPECT_EQ(SpectralFactors(device_.impl(), field, lattice, 1.0, mean, -1.0).stored_bytes(), 0.0);
+    EXPECT_EQ(SpectralFactors(device_.impl(), {field}, lattice, 1.0, mean, bytes).stored_bytes(), bytes);
+    EXPECT_EQ(SpectralFactors(device_.impl(), {field}, lattice, 1.0, mean, bytes - 1.0).stored_bytes(), 0.0);
+    EXPECT_EQ(SpectralFactors(device_.impl(), {field}, lattice, 1.0, mean, -1.0).stored_bytes(), 0.0);
 }
 
 TEST_F(SpectralFactorsNative, RefusesCovariancesWithoutRoot) {
     LinearField field = random_field(2, neighbourhood(1, NeighbourhoodKind::causal));
     field.noise_covariance = {1.0, 2.0, 2.0, 1.0};
-    EXPECT_THROW(SpectralFactors(device_.impl(), field, {8, 8}, 1.0, {0.0, 0.0}, all_memory), InputError);
+    EXPECT_THROW(SpectralFactors(device_.impl(), {field}, {8, 8}, 1.0, {0.0, 0.0}, all_memory), InputError);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ TextureModel texture_model(int planes, int levels, int factor, int order = 2, do
     for (const Size size : pyramid_sizes(model.size, levels, factor)) {
         LevelModel level;
         level.size = size;
-        level.model = CarModel{stable_field(planes, order, NeighbourhoodKind::causal, strength, variant)};
+        level.models = {CarModel{stable_field(planes, order, NeighbourhoodKind::causal, strength, variant)}};
         level.gain = 1.0 + 0.25 * variant++;
         level.certificate.valid = true;
         level.certificate.min_singular = 1.0 - strength;
@@ -341,7 +341,7 @@ TEST(Synthesis, FitRecoversTheParameters) {
         const TextureModel model = texture_model(planes, 1, 2, planes == 6 ? 1 : 3);
         const Image image =
             Synthesiser(device, model, {1024, 1024}).synthesise(static_cast<std::uint64_t>(planes));
-        const LinearField& truth = linear_field(model.levels[0].model);
+        const LinearField& truth = linear_field(model.levels[0].models.front());
         const LagCovariance statistic = lag_covariance(image, difference_box(truth.offsets));
         expect_recovered(truth, statistic,
                          fit_car(statistic, NeighbourhoodKind::causal, truth.offsets, {}, NoiseForm::full));

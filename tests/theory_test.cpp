@@ -25,7 +25,7 @@ TextureModel model_of(int planes, int levels, int factor, Size size) {
         CarModel car;
         static_cast<LinearField&>(car) = reference::random_field(
             planes, neighbourhood(2, NeighbourhoodKind::causal), 0.9, static_cast<unsigned>(k + 1));
-        level.model = car;
+        level.models = {car};
         level.gain = 0.5 + 0.4 * k;
         model.levels.push_back(level);
     }
@@ -75,7 +75,8 @@ TEST_P(Theories, AddTheCovariancesOfAllPixelsOfAllLevels) {
                                columns(r % size.width, q % level.size.width);
             }
         }
-        const Eigen::MatrixXd covariance = reference::field_covariance(linear_field(level.model), level.size);
+        const Eigen::MatrixXd covariance =
+            reference::field_covariance(linear_field(level.models.front()), level.size);
         for (int i = 0; i < planes; ++i) {
             for (int j = 0; j < planes; ++j) {
                 total.block(i * pixels, j * pixels, pixels, pixels) +=

@@ -33,7 +33,7 @@ class Synthesiser::Impl {
   public:
     Impl(const TextureModel& model, Size size) : mean_(model.mean), planes_(model.planes) {
         for (const LevelModel& level : model.levels) {
-            levels_.push_back(std::make_unique<Level>(linear_field(level.model), size, level.gain));
+            levels_.push_back(std::make_unique<Level>(linear_field(level.models.front()), size, level.gain));
             size = {(size.height + 1) / 2, (size.width + 1) / 2};
         }
         for (Work& work : work_)

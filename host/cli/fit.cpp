@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <set>
@@ -95,14 +96,14 @@ void fit_one(Device& device, Job& job, const Options& options, Progress& bar, do
         std::all_of(picture.alpha.begin(), picture.alpha.end(), [](float a) { return a == 1.0F; });
     if (!opaque) warn(quoted(job.picture) + " is partly transparent, and transparency is not modelled");
 
-    constexpr double stages = 5.0;
     double stage_number = 0.0;
     FitOptions fit_options = options.fit;
     fit_options.progress = [&](std::string_view stage, double seconds) {
-        const bool analysis = stage == "pyramid" || stage == "lag covariances";
-        (analysis ? job.analysis : job.fit) += seconds;
-        stage_number = std::min(stage_number + 1.0, stages);
-        bar.show(done + share * stage_number / stages,
+        const bool fitting = stage == "fit" || stage == "gains";
+        (fitting ? job.fit : job.analysis) += seconds;
+        // How many stages there will be depends on the picture: each takes a quarter of what is left.
+        stage_number += 1.0;
+        bar.show(done + share * (1.0 - std::pow(0.75, stage_number)),
                  job.picture.filename().string() + ": " + std::string(stage));
     };
     job.model = fit(device, picture.image, fit_options);
@@ -186,28 +187,37 @@ void add_fit(CLI::App& app, Action& action) {
                      "every picture")
         ->required()
         ->type_name("MODEL");
-    add_choice<ModelKind>(*command, "--model", fit.model,
-                          {{"3d-car", ModelKind::car3d}, {"3d-msar", ModelKind::msar3d}},
-                          "causal or simultaneous autoregressive (default: 3d-car)");
+    std::vector<std::pair<std::string, ModelKind>> kinds;
+    for (const ModelKind kind : model_kinds()) kinds.emplace_back(name(kind), kind);
+    add_choice<ModelKind>(*command, "--model", fit.model, kinds,
+                          "random field; see docs/models.md for which to choose (default: 3d-car)");
     add_int(*command, "--order", fit.order, 1, max_order, "order of the neighbourhood, 1 to 8 (default: 5)");
-    add_choice<NeighbourhoodKind>(*command, "--neighbourhood", fit.neighbourhood,
-                                  {{"causal", NeighbourhoodKind::causal},
-                                   {"unilateral", NeighbourhoodKind::unilateral},
-                                   {"symmetric", NeighbourhoodKind::symmetric},
-                                   {"half", NeighbourhoodKind::half}},
-                                  "which offsets of the order; 3d-car takes the first two (default: causal)");
+    add_choice<std::optional<NeighbourhoodKind>>(*command, "--neighbourhood", fit.neighbourhood,
+                                                 {{"causal", NeighbourhoodKind::causal},
+                                                  {"unilateral", NeighbourhoodKind::unilateral},
+                                                  {"symmetric", NeighbourhoodKind::symmetric},
+                                                  {"half", NeighbourhoodKind::half}},
+                                                 "which offsets of the order; car takes the first two, mmrf "
+                                                 "and pmrf symmetric only (default: causal for "
+                                                 "car, symmetric for the others)");
     add_int(*command, "--levels", fit.levels, 1, 30, "pyramid levels; 1 is no pyramid (default: 4)");
     add_int(*command, "--factor", fit.factor, 2, 1024, "pyramid reduction factor (default: 2)");
     add_choice<EstimatorChoice>(
         *command, "--estimator", fit.estimator,
-        {{"auto", EstimatorChoice::automatic}, {"ls", EstimatorChoice::least_squares}},
-        "least squares in either case in this version (default: auto)");
+        {{"auto", EstimatorChoice::automatic},
+         {"ls", EstimatorChoice::least_squares},
+         {"ml", EstimatorChoice::maximum_likelihood}},
+        "least squares, exact maximum likelihood, or the first where it is valid (default: auto)");
     add_choice<NoiseForm>(*command, "--noise", fit.noise,
                           {{"full", NoiseForm::full}, {"diagonal", NoiseForm::diagonal}},
                           "form of the noise covariance (default: full)");
     add_choice<GainMode>(*command, "--gains", fit.gains,
                          {{"match", GainMode::match}, {"none", GainMode::none}},
                          "level gains that restore the picture's covariances (default: match)");
+    add_choice<MarginalMode>(
+        *command, "--marginals", fit.marginals,
+        {{"match", MarginalMode::match}, {"none", MarginalMode::none}},
+        "keep the picture's histograms, or model its values as they are (default: match)");
     add_crop(*command, "--crop", options->crop, "fit this rectangle of the picture only");
     add_device(*command, options->device);
     add_json(*command, options->json);

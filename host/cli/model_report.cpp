@@ -8,7 +8,7 @@ namespace btfield::cli {
 namespace {
 
 Json level_json(const LevelModel& level) {
-    const LinearField& field = linear_field(level.model);
+    const LinearField& field = linear_field(level.models.front());
     Json ratios = Json::array();
     for (const double ratio : level.certificate.variance_ratio) ratios.push_back(number(ratio));
     Json certificate;
@@ -56,9 +56,10 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
     object["colour_space"] = name(model.space);
     object["factor"] = model.factor;
     object["noise"] = name(model.noise);
-    object["marginals"] = "none";
+    object["marginals"] = model.marginals.empty() ? "none" : "match";
     object["valid"] = is_valid(model);
     object["levels"] = std::move(levels);
+    if (!model.provenance.reasons.empty()) object["reasons"] = model.provenance.reasons;
     object["parameters"] = parameter_count(model);
     object["bytes"] = bytes;
     object["compression_ratio"] = number(compression_ratio(model, bytes));
@@ -72,14 +73,16 @@ std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
     text += "\n" + std::string(name(model.kind)) + ", " + std::to_string(model.levels.size()) +
             (model.levels.size() == 1 ? " level" : " levels by factor " + std::to_string(model.factor)) +
-            ", " + std::string(name(model.noise)) + " noise covariance\n";
+            ", " + std::string(name(model.noise)) + " noise covariance" +
+            (model.marginals.empty() ? "" : ", marginals of the picture") + "\n";
+    for (const std::string& reason : model.provenance.reasons) text += reason + "\n";
 
     std::vector<std::vector<std::string>> rows{{"level", "size", "offsets", "neighbourhood", "estimator",
                                                 "gain", "certificate", "min singular", "zeros",
                                                 "log-likelihood", "model/data variance"}};
     for (std::size_t k = 0; k < model.levels.size(); ++k) {
         const LevelModel& level = model.levels[k];
-        const LinearField& field = linear_field(level.model);
+        const LinearField& field = linear_field(level.models.front());
         rows.push_back({std::to_string(k), size_text(level.size), std::to_string(field.offsets.size()),
                         std::string(name(field.kind)), std::string(name(level.estimator)),
                         number_text(level.gain), level.certificate.valid ? "valid" : "FAILS",

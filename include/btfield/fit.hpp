@@ -4,6 +4,8 @@
 /// From a picture to a model.
 
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -14,15 +16,26 @@
 
 namespace btfield {
 
-/// Which estimator to use.
+/// Which estimator to use. Of CAR models least squares is maximum likelihood, and moving averages have the
+/// random decrement estimate alone: the choice means nothing to either.
 enum class EstimatorChoice {
-    automatic,      ///< least squares where it certifies
-    least_squares,  ///< always
+    /// Least squares where it certifies with a variance within 20 % of the data's, maximum likelihood where
+    /// not,
+    /// level by level.
+    automatic,
+    least_squares,
+    maximum_likelihood,
 };
+/// "auto", "ls", "ml".
+[[nodiscard]] std::string_view name(EstimatorChoice choice);
 
 /// Level gains (MODELS section 11).
 enum class GainMode { match, none };
 [[nodiscard]] std::string_view name(GainMode mode);
+
+/// Marginals (MODELS section 11).
+enum class MarginalMode { match, none };
+[[nodiscard]] std::string_view name(MarginalMode mode);
 
 /// Normal-Wishart prior of the CAR estimate (P4 2.1, eq. 2, 5, 7, 12, 13), in units of pixels:
 /// V_xx(0) = strength · diag(C_jj(0)), V_xy(0) = 0, V_yy(0) = 0, as if `strength` pixels with neighbours of
@@ -38,10 +51,11 @@ struct BayesPrior {
 struct FitOptions {
     ModelKind model = ModelKind::car3d;
     int order = 5;
-    /// CAR: causal or unilateral; MSAR: any. `custom` takes `offsets`.
-    NeighbourhoodKind neighbourhood = NeighbourhoodKind::causal;
+    /// CAR: causal or unilateral (default: causal). MSAR: any (default: symmetric). Markov models: symmetric.
+    /// Moving averages: any, and the centre (default: symmetric). `custom` takes `offsets`.
+    std::optional<NeighbourhoodKind> neighbourhood;
     std::vector<Offset> offsets;
-    /// Per-pair sets for custom supports, laid out as LinearField::active; empty = all.
+    /// Per-pair sets for custom supports, laid out as LinearField::active; empty = all. 3D models only.
     std::vector<std::uint8_t> active;
     /// Pyramid levels; 0 = as many as default_levels() says and the picture determines, and for CAR models
     /// fewer when some level's certificate fails.
@@ -50,19 +64,40 @@ struct FitOptions {
     EstimatorChoice estimator = EstimatorChoice::automatic;
     NoiseForm noise = NoiseForm::full;
     GainMode gains = GainMode::match;
+    MarginalMode marginals = MarginalMode::match;
     BayesPrior prior;
-    /// Called with stage names ("pyramid", "lag covariances", "fit", "certificate", "gains") and the seconds
-    /// each took.
+    /// Called with stage names ("planes", "pyramid", "lag covariances", "fit", "gains") and the seconds each
+    /// took; those of a level come once per level.
     std::function<void(std::string_view stage, double seconds)> progress;
 };
 
 /// Levels that suit most pictures of this size: the coarsest one keeps at least 32 pixels a side; at most 5.
 [[nodiscard]] int default_levels(Size size, int factor = 2);
 
-/// Fits every level. Deterministic.
-/// \throws InputError when the picture or options cannot give a model: constant plane, level smaller than the
-/// support
-///         (the message says how many levels fit), acausal CAR support, singular normal equations.
+/// A picture made ready for any number of fits, which share its planes, pyramids and lag covariances.
+class Analysis {
+  public:
+    /// The device must outlive it. \throws InputError when the picture is empty or holds NaN or infinities
+    Analysis(Device& device, Image image);
+    ~Analysis();
+    Analysis(Analysis&&) noexcept;
+    Analysis& operator=(Analysis&&) noexcept;
+
+    [[nodiscard]] const Image& image() const;
+
+    /// Fits every level. Deterministic, and independent of the fits before; those of larger orders first
+    /// spare the lag covariances a second pass. A fit that throws spoils no other. \throws InputError when
+    /// picture or options cannot give a model: a constant picture, a constant plane where
+    ///         planes are modelled as they are (3D without marginals), a level smaller than the support (the
+    ///         message says how many levels fit), acausal CAR support, singular normal equations.
+    [[nodiscard]] TextureModel fit(const FitOptions& options = {});
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Analysis(device, image).fit(options).
 [[nodiscard]] TextureModel fit(Device& device, const Image& image, const FitOptions& options = {});
 
 /// Least-squares / Bayesian CAR estimate from lag covariances alone (MODELS section 6; P4 eq. 4-9).

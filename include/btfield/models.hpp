@@ -4,6 +4,7 @@
 /// Random-field models as plain data. All arithmetic on them lives elsewhere.
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -12,7 +13,9 @@
 #include "btfield/certificate.hpp"
 #include "btfield/image.hpp"
 #include "btfield/image_io.hpp"
+#include "btfield/marginals.hpp"
 #include "btfield/neighbourhood.hpp"
+#include "btfield/spectral_basis.hpp"
 
 namespace btfield {
 
@@ -58,15 +61,28 @@ using Model = std::variant<CarModel, SarModel, MrfModel, MaModel>;
 /// The linear part of whichever model it is.
 [[nodiscard]] const LinearField& linear_field(const Model& model);
 
-enum class ModelKind { car3d, msar3d };
-/// "3d-car", "3d-msar".
+/// The ten models of P4 section 2: 2D ones are d independent single-plane models of the KLT planes, 3D ones
+/// one model of all planes.
+enum class ModelKind { car2d, car3d, ma2d, ma3d, msar2d, msar3d, mmrf2d, mmrf3d, pmrf2d, pmrf3d };
+/// All of them, in the order above.
+[[nodiscard]] std::span<const ModelKind> model_kinds();
+/// "2d-car", "3d-car", "2d-ma", …
 [[nodiscard]] std::string_view name(ModelKind kind);
 /// Inverse of name(); throws InputError for any other text, listing those that exist.
 [[nodiscard]] ModelKind model_kind(std::string_view name);
+[[nodiscard]] bool is_2d(ModelKind kind);
+
+/// What ModelKind leaves when the number of dimensions is set aside.
+enum class Family { car, ma, msar, mmrf, pmrf };
+[[nodiscard]] Family family(ModelKind kind);
 
 /// How a level was estimated.
-enum class Estimator { least_squares };
-/// "ls".
+enum class Estimator {
+    least_squares,
+    maximum_likelihood,
+    random_decrement,  ///< of moving averages (P4 2.3, 2.4)
+};
+/// "ls", "ml", "rd".
 [[nodiscard]] std::string_view name(Estimator estimator);
 [[nodiscard]] Estimator estimator(std::string_view name);
 
@@ -78,13 +94,16 @@ enum class NoiseForm { full, diagonal };
 /// One pyramid level: its own model on its own torus.
 struct LevelModel {
     Size size;  ///< of the level in the analysed picture
-    Model model;
+    /// 3D: one model of all modelled planes; 2D: one single-plane model per KLT plane.
+    std::vector<Model> models;
     double gain = 1.0;  ///< standard-deviation factor applied at synthesis (MODELS section 11)
-    Estimator estimator = Estimator::least_squares;
-    int iterations = 1;
-    /// Whittle log-likelihood per pixel of the level under the model without its gain, natural logarithm; NaN
-    /// when the certificate fails, because the likelihood is not defined there.
+    Estimator estimator = Estimator::least_squares;  ///< ml when any plane of a 2D level took it
+    int iterations = 1;                              ///< 2D: of all planes together
+    /// Whittle log-likelihood per pixel of the level under the model without its gain, natural logarithm, 2D:
+    /// summed over planes; NaN when the certificate fails or the model has no density, as moving averages
+    /// whose transfer function vanishes somewhere.
     double log_likelihood = 0.0;
+    /// 2D: the least of the planes' singular values, the sum of their zeros, valid when all are.
     Certificate certificate;
 };
 
@@ -94,6 +113,7 @@ struct Provenance {
     PixelType type = PixelType::uint8;  ///< storage of the analysed picture
     std::uint64_t picture_bytes = 0;    ///< uncompressed size of the analysed pixels
     std::string software;               ///< "btfield 0.1.0"
+    std::vector<std::string> reasons;   ///< why model, order or levels are what they are, where fit() chose
 };
 
 /// Everything that synthesis needs.
@@ -104,12 +124,22 @@ struct TextureModel {
     ColourSpace space = ColourSpace::unspecified;
     int factor = 2;  ///< pyramid reduction factor n
     NoiseForm noise = NoiseForm::full;
-    std::vector<double> mean;        ///< μ, one per plane
+    std::vector<double> mean;  ///< μ, one per plane of the picture
+    /// T of 2D models and of models with marginals: the levels model T (Y − μ). Without planes otherwise: the
+    /// levels model Y − μ.
+    SpectralBasis basis;
+    /// Of T (Y − μ), one per row of T: the levels model these planes mapped to standard normal ones. Empty
+    /// where values are modelled as they are.
+    std::vector<Marginal> marginals;
     std::vector<LevelModel> levels;  ///< finest first; the last one is the Gaussian level
     Provenance provenance;
 };
 
-/// Numbers that the file must store to synthesise: coefficients, Σ (its free entries), gains and means.
+/// Planes that the levels model: rows of T, or the picture's planes where there is no T.
+[[nodiscard]] int modelled_planes(const TextureModel& model);
+
+/// Numbers that the file must store to synthesise: coefficients, Σ (its free entries), gains, means, T (its
+/// free entries, as rotations) and the marginals' knots.
 [[nodiscard]] std::size_t parameter_count(const TextureModel& model);
 
 /// True when every level's certificate is valid.

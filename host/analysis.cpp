@@ -1,0 +1,41 @@
+#include "host/analysis.hpp"
+
+#include <algorithm>
+
+#include "btfield/pyramid.hpp"
+
+namespace btfield {
+
+const LagCovariance& AnalysedLevel::statistic(Offset box) {
+    if (statistic_.planes() == 0 || !statistic_.contains(box)) {
+        const Offset before = statistic_.planes() == 0 ? Offset{} : statistic_.box();
+        statistic_ =
+            lag_covariance(image_, {std::max(box.row, before.row), std::max(box.column, before.column)});
+    }
+    return statistic_;
+}
+
+AnalysedLevel& AnalysedPicture::level(int factor, int count, int k) {
+    const auto last = std::pair{factor, count - 1};
+    if (gaussian_.find(last) == gaussian_.end()) {
+        if (count == 1) {
+            gaussian_.emplace(last, AnalysedLevel(image_));
+        } else {
+            std::vector<Image> levels = decompose(*device_, image_, count, factor);
+            gaussian_.emplace(last, AnalysedLevel(std::move(levels.back())));
+            levels.pop_back();
+            // Those of a smaller pyramid are the same, and may have their statistic already.
+            for (std::size_t l = 0; l < levels.size(); ++l)
+                laplacian_.emplace(std::pair{factor, static_cast<int>(l)},
+                                   AnalysedLevel(std::move(levels[l])));
+        }
+    }
+    return k == count - 1 ? gaussian_.at(last) : laplacian_.at({factor, k});
+}
+
+const std::vector<double>& AnalysedPicture::probe_covariances() {
+    if (probe_covariances_.empty()) probe_covariances_ = covariances_at(image_, probe_lags(image_.size()));
+    return probe_covariances_;
+}
+
+}  // namespace btfield

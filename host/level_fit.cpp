@@ -1,0 +1,170 @@
+#include "host/level_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "host/examination.hpp"
+#include "host/likelihood.hpp"
+
+namespace btfield {
+namespace {
+
+using std::size_t;
+
+/// A model of all planes or of one, with what its estimator says.
+struct Estimate {
+    Model model;
+    Estimator estimator = Estimator::least_squares;
+    int iterations = 1;
+    Examination examination;
+};
+
+/// Plane p alone: C_pp.
+LagCovariance plane_statistic(const LagCovariance& statistic, int p) {
+    const Offset box = statistic.box();
+    LagCovariance own(1, statistic.size(), box);
+    own.mean()[0] = statistic.mean()[static_cast<size_t>(p)];
+    for (int row = 0; row <= box.row; ++row) {
+        for (int column = -box.column; column <= box.column; ++column)
+            own.set(0, 0, {row, column}, statistic(p, p, {row, column}));
+    }
+    return own;
+}
+
+Image plane_image(const Image& image, int p) {
+    Image own(image.size(), 1);
+    std::ranges::copy(image.plane(p), own.plane(0).begin());
+    return own;
+}
+
+Estimate least_squares(const LagCovariance& statistic, const FitOptions& options, const Support& support) {
+    Estimate estimate;
+    switch (family(options.model)) {
+        case Family::car:
+            estimate.model = fit_car(statistic, support.kind, support.offsets, options.active, options.noise,
+                                     options.prior);
+            break;
+        case Family::msar:
+            estimate.model = fit_sar(statistic, support.kind, support.offsets, options.active, options.noise);
+            break;
+        case Family::mmrf:
+        case Family::pmrf:
+        case Family::ma:
+            throw InputError("least squares", "not merged", "");
+    }
+    estimate.examination = examine(estimate.model, statistic);
+    return estimate;
+}
+
+Estimate maximum_likelihood(const LagCovariance& statistic, const FitOptions& options,
+                            const Support& support) {
+    static_cast<void>(statistic);
+    static_cast<void>(options);
+    static_cast<void>(support);
+    throw InputError("maximum likelihood", "not merged", "");
+}
+
+/// Least squares is inconsistent for symmetric supports: where it certifies with a variance that is not the
+/// data's, it is no better than where it does not certify.
+bool trustworthy(const Certificate& certificate) {
+    constexpr double lowest = 0.8, highest = 1.25;
+    return certificate.valid && std::ranges::all_of(certificate.variance_ratio, [](double ratio) {
+               return ratio >= lowest && ratio <= highest;
+           });
+}
+
+Estimate estimate_part(const LagCovariance& statistic, const FitOptions& options, const Support& support) {
+    if (family(options.model) == Family::car || options.estimator == EstimatorChoice::least_squares)
+        return least_squares(statistic, options, support);
+    if (options.estimator == EstimatorChoice::automatic) {
+        Estimate estimate = least_squares(statistic, options, support);
+        if (trustworthy(estimate.examination.certificate)) return estimate;
+    }
+    return maximum_likelihood(statistic, options, support);
+}
+
+Estimate estimate_moving_average(const Image& level, const LagCovariance& statistic,
+                                 const FitOptions& options, const Support& support) {
+    static_cast<void>(level);
+    static_cast<void>(statistic);
+    static_cast<void>(options);
+    static_cast<void>(support);
+    throw InputError("random decrement", "not merged", "");
+}
+
+/// Adds a part to its level: see LevelModel.
+void add_part(FittedLevel& fitted, Estimate part, double log_likelihood) {
+    LevelModel& level = fitted.level;
+    Certificate& certificate = level.certificate;
+    const Certificate& own = part.examination.certificate;
+    if (level.models.empty()) {
+        level.estimator = part.estimator;
+        level.iterations = part.iterations;
+        level.log_likelihood = log_likelihood;
+        certificate = own;
+    } else {
+        if (part.estimator == Estimator::maximum_likelihood) level.estimator = part.estimator;
+        level.iterations += part.iterations;
+        level.log_likelihood += log_likelihood;
+        certificate.valid = certificate.valid && own.valid;
+        certificate.min_singular = std::min(certificate.min_singular, own.min_singular);
+        certificate.zeros += own.zeros;
+        certificate.variance_ratio.insert(certificate.variance_ratio.end(), own.variance_ratio.begin(),
+                                          own.variance_ratio.end());
+    }
+    level.models.push_back(std::move(part.model));
+    fitted.grid = std::max(fitted.grid, part.examination.grid);
+}
+
+}  // namespace
+
+Support support_of(const FitOptions& options) {
+    const Family family_ = family(options.model);
+    const bool markov = family_ == Family::mmrf || family_ == Family::pmrf;
+    Support support;
+    support.kind = options.neighbourhood.value_or(family_ == Family::car ? NeighbourhoodKind::causal
+                                                                         : NeighbourhoodKind::symmetric);
+    if (markov && support.kind != NeighbourhoodKind::symmetric && support.kind != NeighbourhoodKind::custom) {
+        throw InputError(
+            "fit a " + std::string(name(options.model)) + " model",
+            "Markov models have symmetric neighbourhoods, not a " + std::string(name(support.kind)) + " one",
+            "use a symmetric neighbourhood, or a 3d-msar model");
+    }
+    support.offsets = support.kind == NeighbourhoodKind::custom ? options.offsets
+                                                                : neighbourhood(options.order, support.kind);
+    if (family_ == Family::ma && std::ranges::find(support.offsets, Offset{}) == support.offsets.end())
+        support.offsets.insert(std::ranges::upper_bound(support.offsets, Offset{}), Offset{});
+    return support;
+}
+
+FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& support,
+                      const std::function<void(std::string_view stage)>& lap) {
+    const LagCovariance& statistic = data.statistic(difference_box(support.offsets));
+    lap("lag covariances");
+    FittedLevel fitted;
+    fitted.level.size = data.image().size();
+    const int parts = is_2d(options.model) ? data.image().planes() : 1;
+    for (int p = 0; p < parts; ++p) {
+        const LagCovariance own = parts > 1 ? plane_statistic(statistic, p) : LagCovariance{};
+        const LagCovariance& seen = parts > 1 ? own : statistic;
+        Estimate part;
+        if (family(options.model) == Family::ma) {
+            part = parts > 1 ? estimate_moving_average(plane_image(data.image(), p), seen, options, support)
+                             : estimate_moving_average(data.image(), seen, options, support);
+        } else {
+            part = estimate_part(seen, options, support);
+        }
+        const double likelihood = part.examination.certificate.valid
+                                      ? log_likelihood(part.model, seen, part.examination.log_determinant)
+                                      : std::numeric_limits<double>::quiet_NaN();
+        add_part(fitted, std::move(part), likelihood);
+    }
+    lap("fit");
+    return fitted;
+}
+
+}  // namespace btfield

@@ -1,0 +1,33 @@
+#pragma once
+
+// One pyramid level: estimate, certificate, likelihood.
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "btfield/fit.hpp"
+#include "host/analysis.hpp"
+
+namespace btfield {
+
+struct FittedLevel {
+    LevelModel level;
+    /// Side of a frequency grid over which sums over the level's spectrum are integrals, as
+    /// Examination::grid.
+    int grid = 0;
+};
+
+/// I_r of the options' model: the family's own neighbourhood unless told, with the centre for moving
+/// averages. \throws InputError when the model cannot have the neighbourhood
+struct Support {
+    NeighbourhoodKind kind = NeighbourhoodKind::custom;
+    std::vector<Offset> offsets;
+};
+[[nodiscard]] Support support_of(const FitOptions& options);
+
+/// \param lap called with "lag covariances" and "fit" as these end
+[[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& support,
+                                    const std::function<void(std::string_view stage)>& lap);
+
+}  // namespace btfield

@@ -1,0 +1,26 @@
+#pragma once
+
+// The order of a plane's values.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace btfield {
+
+/// A pixel's value as a key whose unsigned order is the order of floats (−0 and +0 alike), and its place.
+struct RankedPixel {
+    std::uint32_t key = 0;
+    std::uint32_t place = 0;
+};
+
+/// The key of a value and back; no NaN.
+[[nodiscard]] std::uint32_t sort_key(float value);
+[[nodiscard]] float sorted_value(std::uint32_t key);
+
+/// Pixels by ascending value. Equal values come in an order that only their places, the number of pixels and
+/// `stream` decide, at random to the eye: streams are unrelated. Takes time in proportion to the pixels.
+/// \throws InputError when there are more than 2³² pixels
+[[nodiscard]] std::vector<RankedPixel> ascending(std::span<const float> values, std::uint32_t stream);
+
+}  // namespace btfield
