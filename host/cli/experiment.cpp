@@ -81,8 +81,8 @@ class RunProgress {
             const double share = progress.jobs == 0 ? 0.0
                                                     : static_cast<double>(progress.skipped + finished) /
                                                           static_cast<double>(progress.jobs);
-            bar_.show(share, std::to_string(progress.skipped + finished) + "/" + std::to_string(progress.jobs) + ", " +
-                                 text);
+            bar_.show(share, std::to_string(progress.skipped + finished) + "/" +
+                                 std::to_string(progress.jobs) + ", " + text);
             return;
         }
         if (progress.seconds - last_line_ < line_interval) return;
@@ -116,8 +116,9 @@ Json result_json(const ExperimentResult& result) {
 std::string result_text(const ExperimentResult& result) {
     const std::uint64_t worked = result.done + result.refused + result.failed;
     std::string text = std::to_string(result.jobs) + " jobs: " + std::to_string(result.done) + " done, " +
-                       std::to_string(result.refused) + " refused, " + std::to_string(result.failed) + " failed, " +
-                       std::to_string(result.skipped) + " skipped; " + seconds_text(result.seconds);
+                       std::to_string(result.refused) + " refused, " + std::to_string(result.failed) +
+                       " failed, " + std::to_string(result.skipped) + " skipped; " +
+                       seconds_text(result.seconds);
     if (worked > 0 && result.seconds > 0.0) {
         text += ", " + number_text(static_cast<double>(worked) / result.seconds) + " jobs/s";
     }
@@ -127,9 +128,11 @@ std::string result_text(const ExperimentResult& result) {
 void read_shard(const std::string& text, ExperimentRunOptions& options) {
     const std::size_t slash = text.find('/');
     constexpr std::uint64_t most = 1'000'000;
-    const auto count = slash == std::string::npos ? std::nullopt : parse_number(text.substr(slash + 1), 1, most);
+    const auto count =
+        slash == std::string::npos ? std::nullopt : parse_number(text.substr(slash + 1), 1, most);
     const auto index = count ? parse_number(text.substr(0, slash), 1, *count) : std::nullopt;
-    if (!index) throw CLI::ValidationError("--shard", "'" + text + "' is not I/N with I from 1 to N, such as 2/8");
+    if (!index)
+        throw CLI::ValidationError("--shard", "'" + text + "' is not I/N with I from 1 to N, such as 2/8");
     options.shard = static_cast<int>(*index);
     options.shards = static_cast<int>(*count);
 }
@@ -186,7 +189,8 @@ void run(const RunOptions& options) {
 }
 
 void add_run(CLI::App& parent, Action& action) {
-    CLI::App* command = parent.add_subcommand("run", "fit, synthesise and measure all that a configuration lists");
+    CLI::App* command =
+        parent.add_subcommand("run", "fit, synthesise and measure all that a configuration lists");
     const auto options = std::make_shared<RunOptions>();
     command->add_option("CONFIG", options->config, "configuration, JSON: see docs/experiments.md")
         ->required()
@@ -201,7 +205,9 @@ void add_run(CLI::App& parent, Action& action) {
         ->type_name("I/N");
     add_int(*command, "--jobs", options->jobs, 1, 1024,
             "threads that work side by side (default: one per core; one per rank under mpirun)");
-    command->add_option("--synth-out", options->textures, "folder that gets the best texture of each picture and model")
+    command
+        ->add_option("--synth-out", options->textures,
+                     "folder that gets the best texture of each picture and model")
         ->type_name("DIR");
     add_device(*command, options->device);
     add_json(*command, options->json);
@@ -275,7 +281,8 @@ void run_table(const TableOptions& options) {
 }
 
 void add_table(CLI::App& parent, Action& action) {
-    CLI::App* command = parent.add_subcommand("table", "best MEMD* of every model and material, as P4's Table 1");
+    CLI::App* command =
+        parent.add_subcommand("table", "best MEMD* of every model and material, as P4's Table 1");
     const auto options = std::make_shared<TableOptions>();
     command->add_option("RESULTS.db", options->database, "database of an experiment, finished or not")
         ->required()
@@ -287,7 +294,8 @@ void add_table(CLI::App& parent, Action& action) {
                              {"latex", TableFormat::latex}},
                             "of the table (default: text)");
     add_json(*command, options->json);
-    command->footer("Examples:\n  btfield experiment table sand.db\n  btfield experiment table sand.db --format latex");
+    command->footer(
+        "Examples:\n  btfield experiment table sand.db\n  btfield experiment table sand.db --format latex");
     command->callback([options, &action] { action = [options] { run_table(*options); }; });
 }
 
@@ -319,7 +327,7 @@ void add_merge(CLI::App& parent, Action& action) {
 
 struct ReportOptions {
     std::string database, page;
-    int pictures = 48;
+    int pictures = 24;
     bool json = false;
 };
 
@@ -329,9 +337,11 @@ void add_report(CLI::App& parent, Action& action) {
     command->add_option("RESULTS.db", options->database, "database of an experiment, finished or not")
         ->required()
         ->type_name("");
-    command->add_option("-o,--out", options->page, "page, which needs no other file")->required()->type_name("PAGE.html");
+    command->add_option("-o,--out", options->page, "page, which needs no other file")
+        ->required()
+        ->type_name("PAGE.html");
     add_int(*command, "--pictures", options->pictures, 0, 100000,
-            "pictures that are shown one by one at most (default: 48)");
+            "pictures that are shown one by one at most (default: 24)");
     add_json(*command, options->json);
     command->footer(
         "Textures are shown where `experiment run --synth-out` has kept them.\n"

@@ -151,8 +151,8 @@ std::vector<ModelKind> all_models() {
 }
 
 const std::vector<EstimatorChoice>& all_estimators() {
-    static const std::vector<EstimatorChoice> all{
-        EstimatorChoice::automatic, EstimatorChoice::least_squares, EstimatorChoice::maximum_likelihood};
+    static const std::vector<EstimatorChoice> all{EstimatorChoice::automatic, EstimatorChoice::least_squares,
+                                                  EstimatorChoice::maximum_likelihood};
     return all;
 }
 
@@ -160,20 +160,21 @@ const std::vector<EstimatorChoice>& all_estimators() {
 
 ExperimentConfig read_experiment(const fs::path& path) {
     const std::string asked = "read the experiment '" + path.string() + "'";
-    ExperimentConfig config =
-        experiment_from_text(bytes_of(path, asked), fs::absolute(path).parent_path().lexically_normal(), asked);
+    ExperimentConfig config = experiment_from_text(
+        bytes_of(path, asked), fs::absolute(path).parent_path().lexically_normal(), asked);
     if (config.name.empty()) config.name = path.stem().string();
     return config;
 }
 
-ExperimentConfig experiment_from_text(const std::string& text, const fs::path& folder, const std::string& asked) {
+ExperimentConfig experiment_from_text(const std::string& text, const fs::path& folder,
+                                      const std::string& asked) {
     ExperimentConfig config;
     config.text = text;
     config.folder = folder;
     const json document = parsed(config.text, asked);
     const Entry root(document, "", asked);
-    root.check_keys({"name", "pictures", "models", "orders", "levels", "estimators", "marginals", "seeds", "factor",
-                     "noise", "gains", "metric", "size", "allow_invalid"});
+    root.check_keys({"name", "pictures", "models", "orders", "levels", "estimators", "marginals", "seeds",
+                     "factor", "noise", "gains", "metric", "size", "allow_invalid"});
 
     if (root.holds("name")) config.name = root["name"].text();
     for (const Entry& entry : root["pictures"].items()) config.pictures.push_back(pictures_of(entry));

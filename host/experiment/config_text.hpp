@@ -11,7 +11,8 @@
 namespace btfield {
 
 /// As read_experiment. \param asked first part of the messages
-[[nodiscard]] ExperimentConfig experiment_from_text(const std::string& text, const std::filesystem::path& folder,
+[[nodiscard]] ExperimentConfig experiment_from_text(const std::string& text,
+                                                    const std::filesystem::path& folder,
                                                     const std::string& asked);
 
 }  // namespace btfield

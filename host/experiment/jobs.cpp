@@ -142,8 +142,9 @@ std::vector<PictureSource> picture_sources(const ExperimentConfig& config) {
             for (const fs::path& file : matches(config.folder, pattern)) {
                 PictureSource source;
                 source.file = file;
-                source.name =
-                    fs::path(pattern).is_absolute() ? file.string() : file.lexically_relative(config.folder).string();
+                source.name = fs::path(pattern).is_absolute()
+                                  ? file.string()
+                                  : file.lexically_relative(config.folder).string();
                 source.material = entry.material;
                 source.crop = entry.crop;
                 source.white = entry.white;

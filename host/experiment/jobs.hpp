@@ -48,7 +48,8 @@ struct JobResult {
     std::string picture;
     JobSettings settings;
     std::string metric;
-    std::string settings_text;  ///< all of them, those of the configuration too: with `picture` what `key` stands for
+    std::string
+        settings_text;  ///< all of them, those of the configuration too: with `picture` what `key` stands for
     JobStatus status = JobStatus::failed;
     std::string reason;  ///< why it is not done
 
@@ -56,8 +57,9 @@ struct JobResult {
     std::optional<bool> valid;
     std::optional<double> min_singular;
     std::optional<int> zeros;
-    std::optional<double> lowest_ratio, highest_ratio;  ///< certificate's variance ratios over levels and planes
-    std::optional<std::string> estimators;              ///< per level, finest first: "ls,ml"
+    std::optional<double> lowest_ratio,
+        highest_ratio;                      ///< certificate's variance ratios over levels and planes
+    std::optional<std::string> estimators;  ///< per level, finest first: "ls,ml"
     std::optional<int> fitted_levels;
     std::optional<std::uint64_t> parameters;
 
@@ -103,8 +105,9 @@ struct WorkReport {
     std::string trouble;  ///< why a texture could not be kept
 };
 
-/// All jobs of a picture in the order of work: of one fit together, of larger orders before smaller ones, since their
-/// lag covariances contain those of the smaller. The estimator is `automatic` for models that have but one.
+/// All jobs of a picture in the order of work: of one fit together, of larger orders before smaller ones,
+/// since their lag covariances contain those of the smaller. The estimator is `automatic` for models that
+/// have but one.
 [[nodiscard]] std::vector<JobSettings> job_settings(const ExperimentConfig& config);
 
 /// Canonical JSON text of all that a texture depends on besides the picture.
@@ -112,11 +115,13 @@ struct WorkReport {
 [[nodiscard]] std::string job_key(const std::string& picture, const std::string& settings_text);
 
 /// Expands the patterns, sorted by name within each entry, and names the contents.
-/// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same picture.
+/// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same
+/// picture.
 [[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config);
 
 /// "x,y,w,h", or nothing.
 [[nodiscard]] std::string crop_text(const std::optional<Crop>& crop);
-[[nodiscard]] std::string picture_identity(const std::string& content, const std::optional<Crop>& crop, double white);
+[[nodiscard]] std::string picture_identity(const std::string& content, const std::optional<Crop>& crop,
+                                           double white);
 
 }  // namespace btfield

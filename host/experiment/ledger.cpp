@@ -48,7 +48,8 @@ Ledger::Ledger(const ExperimentConfig& config, const std::filesystem::path& data
         // A picture's jobs share much, so they are divided no finer than keeps all workers busy to the end.
         constexpr std::uint64_t rounds = 8;
         const std::uint64_t left = progress_.jobs - progress_.skipped;
-        largest_unit_ = std::max<std::size_t>(config.seeds.size(), left / (rounds * static_cast<std::uint64_t>(workers)));
+        largest_unit_ =
+            std::max<std::size_t>(config.seeds.size(), left / (rounds * static_cast<std::uint64_t>(workers)));
     }
     progress_.stage = "jobs";
 }
@@ -102,7 +103,8 @@ void Ledger::plan_textures(const std::string& identity) {
 }
 
 bool Ledger::jobs_left() {
-    while (current_ < pictures_.size() && pictures_[current_].handed_out == pictures_[current_].pending.size()) {
+    while (current_ < pictures_.size() &&
+           pictures_[current_].handed_out == pictures_[current_].pending.size()) {
         ++current_;
     }
     return current_ < pictures_.size();
@@ -120,7 +122,8 @@ std::optional<WorkUnit> Ledger::next_locked() {
             return settings_[picture.pending[picture.handed_out + i]];
         };
         // The textures of one fit stay together, but for units that are smaller on purpose.
-        while (largest_unit_ >= config_.seeds.size() && count < left && same_fit(setting(count - 1), setting(count))) {
+        while (largest_unit_ >= config_.seeds.size() && count < left &&
+               same_fit(setting(count - 1), setting(count))) {
             ++count;
         }
         for (std::size_t i = 0; i < count; ++i) unit.jobs.push_back(setting(i));

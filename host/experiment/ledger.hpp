@@ -39,7 +39,8 @@ class Ledger {
     void stop();
 
     [[nodiscard]] ExperimentProgress progress();
-    /// The end of the run: tidies the database. \throws what take() threw; InputError when a texture could not be kept
+    /// The end of the run: tidies the database. \throws what take() threw; InputError when a texture could
+    /// not be kept
     ExperimentResult conclude();
 
   private:

@@ -45,8 +45,10 @@ JobSettings settings_of(const json& value) {
 json unit_json(const WorkUnit& unit) {
     const PictureSource& source = unit.source;
     json object;
-    object["source"] = {source.name, source.file.string(), source.material, source.white, source.content, source.picture};
-    if (source.crop) object["crop"] = {source.crop->x, source.crop->y, source.crop->width, source.crop->height};
+    object["source"] = {source.name,  source.file.string(), source.material,
+                        source.white, source.content,       source.picture};
+    if (source.crop)
+        object["crop"] = {source.crop->x, source.crop->y, source.crop->width, source.crop->height};
     object["jobs"] = json::array();
     for (const JobSettings& job : unit.jobs) object["jobs"].push_back(settings_json(job));
     object["keep"] = unit.keep;
@@ -142,7 +144,8 @@ json report_json(const WorkReport& report) {
     for (const JobResult& result : report.results) object["results"].push_back(result_json(result));
     object["kept"] = json::array();
     for (const KeptTexture& kept : report.kept) {
-        object["kept"].push_back({kept.picture, kept.model, kept.marginals, kept.metric, kept.key, kept.file});
+        object["kept"].push_back(
+            {kept.picture, kept.model, kept.marginals, kept.metric, kept.key, kept.file});
     }
     object["trouble"] = report.trouble;
     return object;

@@ -21,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kappa_range = 256.0;  // c of P4 eq. 49
+
 class Watch {
   public:
     [[nodiscard]] double seconds() const {
@@ -59,19 +61,13 @@ std::uint64_t outside(const Image& image) {
 void check_finite(const Image& image) {
     const auto values = image.values();
     if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); })) {
-        throw InputError("synthesise a texture", "it holds NaN or infinite values", "use another model or order");
+        throw InputError("synthesise a texture", "it holds NaN or infinite values",
+                         "use another model or order");
     }
 }
 
-/// κ in units where the white level is 256.
-double kappa_of(const Image& image, double white) {
-    if (white == 1.0) return kappa(image, 256.0);
-    Image scaled = image;
-    for (float& value : scaled.values()) value = static_cast<float>(value / white);
-    return kappa(scaled, 256.0);
-}
-
-/// What a failure says about the job: input errors come from the picture and the settings and would come again.
+/// What a failure says about the job: input errors come from the picture and the settings and would come
+/// again.
 struct Failure {
     JobStatus status = JobStatus::failed;
     std::string reason;
@@ -139,7 +135,7 @@ std::string texture_name(const PictureSource& source, const JobSettings& setting
     return fs::path(source.name).stem().string() + "-" + source.picture.substr(0, 8) + "-" +
            std::string(name(settings.model)) + "-" + std::string(name(settings.marginals)) +
            (metric == name(Metric::max) ? "" : "-" + metric) +
-           (png                 ? ".png"
+           (png                ? ".png"
             : is_integer(type) ? ".tif"
                                : ".exr");
 }
@@ -170,11 +166,16 @@ Image as_stored(const Image& image, PixelType type) {
 class PictureWork::Picture {
   public:
     Picture(Device& device, const PictureSource& source, btfield::Picture file, Metric metric)
-        : type(file.type), analysis(device, std::move(file.image)), device_(device), source_(source), metric_(metric) {}
+        : type(file.type),
+          analysis(device, std::move(file.image)),
+          device_(device),
+          source_(source),
+          metric_(metric) {}
 
     [[nodiscard]] const Image& image() const { return analysis.image(); }
     [[nodiscard]] PictureFacts facts() const {
-        return {source_.picture, kappa_of(image(), source_.white), image().size(), image().planes()};
+        return {source_.picture, kappa(image(), kappa_range, source_.white).kappa, image().size(),
+                image().planes()};
     }
     [[nodiscard]] MemdReference& reference() {
         if (!reference_) {
@@ -199,7 +200,8 @@ class PictureWork::Picture {
 PictureWork::PictureWork(const ExperimentConfig& config, const std::string& device, fs::path textures)
     : config_(config), device_(device), textures_(std::move(textures)) {}
 
-std::vector<JobResult> PictureWork::blanks(const PictureSource& source, std::span<const JobSettings> jobs) const {
+std::vector<JobResult> PictureWork::blanks(const PictureSource& source,
+                                           std::span<const JobSettings> jobs) const {
     std::vector<JobResult> results;
     for (const JobSettings& settings : jobs) {
         JobResult result;
@@ -279,7 +281,8 @@ void PictureWork::hold(Picture& picture, const Image& texture, JobResult& result
     result.clamped_pixels = is_integer(picture.type) ? outside(texture) : 0;
 }
 
-WorkReport PictureWork::measure(Picture& picture, const PictureSource& source, std::span<const JobSettings> jobs) {
+WorkReport PictureWork::measure(Picture& picture, const PictureSource& source,
+                                std::span<const JobSettings> jobs) {
     WorkReport news;
     std::vector<JobResult>& results = news.results;
     results = blanks(source, jobs);
@@ -301,7 +304,8 @@ WorkReport PictureWork::measure(Picture& picture, const PictureSource& source, s
         while (measured < seeds.size()) {
             const std::size_t count = std::min(batch, seeds.size() - measured);
             const Watch synthesising;
-            const std::vector<Image> textures = textures_of.synthesise(std::span(seeds).subspan(measured, count));
+            const std::vector<Image> textures =
+                textures_of.synthesise(std::span(seeds).subspan(measured, count));
             const double each = synthesising.seconds() / static_cast<double>(count);
             for (const Image& texture : textures) {
                 results[measured].synthesis_seconds = share + each;
@@ -315,7 +319,8 @@ WorkReport PictureWork::measure(Picture& picture, const PictureSource& source, s
     return news;
 }
 
-WorkReport PictureWork::keep(Picture& picture, const PictureSource& source, std::span<const JobSettings> jobs) {
+WorkReport PictureWork::keep(Picture& picture, const PictureSource& source,
+                             std::span<const JobSettings> jobs) {
     WorkReport news;
     try {
         const TextureModel model = fitted(picture, jobs.front());

@@ -77,8 +77,8 @@ void check_results(Connection& connection) {
     const std::int64_t version = connection.number("PRAGMA user_version");
     if (version != results_schema) {
         throw InputError(connection.asked(),
-                         "its schema is version " + std::to_string(version) + ", this btfield reads version " +
-                             std::to_string(results_schema),
+                         "its schema is version " + std::to_string(version) +
+                             ", this btfield reads version " + std::to_string(results_schema),
                          "use the btfield that wrote it");
     }
     Statement check(connection, "PRAGMA quick_check(1)");
@@ -148,9 +148,10 @@ void ResultsDatabase::add(const WorkReport& report) {
             .run();
     }
     Statement forget(connection_, "DELETE FROM jobs WHERE key = ? AND status = 'failed'");
-    Statement insert(connection_,
-                     "INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
-                     "?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    Statement insert(
+        connection_,
+        "INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+        "?, ?, ?, ?, ?, ?, ?, ?, ?)");
     for (const JobResult& result : report.results) {
         forget.bind(result.key).run();
         const JobSettings& settings = result.settings;
@@ -211,9 +212,10 @@ std::map<std::string, JobStatus> ResultsDatabase::jobs_of(const std::string& pic
 
 std::vector<std::string> ResultsDatabase::best_not_kept(const std::string& picture, const fs::path& folder) {
     std::vector<std::string> keys;
-    Statement query(connection_, std::string("WITH best AS (") + best_jobs +
-                                     ") SELECT best.key, textures.file FROM best LEFT JOIN textures USING (picture, "
-                                     "model, marginals, metric, key)");
+    Statement query(connection_,
+                    std::string("WITH best AS (") + best_jobs +
+                        ") SELECT best.key, textures.file FROM best LEFT JOIN textures USING (picture, "
+                        "model, marginals, metric, key)");
     query.bind(picture);
     while (query.step()) {
         std::error_code error;

@@ -22,21 +22,21 @@ inline constexpr int results_schema = 1;
 /// Writes rows. One process at a time: it holds a lock as long as it lives, and readers do not mind.
 class ResultsDatabase {
   public:
-    /// Opens the database, or makes one where the file is absent or empty. \throws InputError when it is another
-    /// program's, damaged, locked by another run, or cannot be written.
+    /// Opens the database, or makes one where the file is absent or empty. \throws InputError when it is
+    /// another program's, damaged, locked by another run, or cannot be written.
     ResultsDatabase(const std::filesystem::path& path, const std::string& asked);
 
     void add(const ExperimentConfig& config);
     /// Names, materials and identities of the pictures; an entry of the same name is replaced.
     void add(const std::vector<PictureSource>& sources);
-    /// In one transaction. A row of a failed job is replaced, one that is done or refused never: adding it again is
-    /// an error.
+    /// In one transaction. A row of a failed job is replaced, one that is done or refused never: adding it
+    /// again is an error.
     void add(const WorkReport& report);
 
     /// Status of every job of the picture, by key.
     [[nodiscard]] std::map<std::string, JobStatus> jobs_of(const std::string& picture);
-    /// Jobs with the least MEMD* of each model, metric and marginals of the picture whose textures are not in the
-    /// folder.
+    /// Jobs with the least MEMD* of each model, metric and marginals of the picture whose textures are not in
+    /// the folder.
     [[nodiscard]] std::vector<std::string> best_not_kept(const std::string& picture,
                                                          const std::filesystem::path& folder);
 

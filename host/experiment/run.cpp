@@ -28,7 +28,8 @@ constexpr auto progress_interval = 200ms;
 
 int thread_count(const ExperimentRunOptions& options) {
     if (options.jobs > 0) return options.jobs;
-    if (options.ranks != nullptr && options.ranks->size() > 1) return 1;  // whoever starts ranks counts the cores
+    if (options.ranks != nullptr && options.ranks->size() > 1)
+        return 1;  // whoever starts ranks counts the cores
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
@@ -37,16 +38,20 @@ void tell_all(ExperimentRanks& ranks, const RankMessage& message) {
     for (int rank = 1; rank < ranks.size(); ++rank) ranks.send(rank, bytes);
 }
 
-// --- rank 0, or the only process ---------------------------------------------------------------------------------
+// --- rank 0, or the only process
+// ---------------------------------------------------------------------------------
 
 class Head {
   public:
-    Head(const ExperimentConfig& config, const std::filesystem::path& database, const ExperimentRunOptions& options)
+    Head(const ExperimentConfig& config, const std::filesystem::path& database,
+         const ExperimentRunOptions& options)
         : config_(config),
           options_(options),
-          textures_(options.textures.empty() ? options.textures : std::filesystem::absolute(options.textures)),
+          textures_(options.textures.empty() ? options.textures
+                                             : std::filesystem::absolute(options.textures)),
           ranks_(options.ranks != nullptr && options.ranks->size() > 1 ? options.ranks : nullptr),
-          ledger_(config, database, options, thread_count(options) * (ranks_ != nullptr ? ranks_->size() : 1)) {}
+          ledger_(config, database, options,
+                  thread_count(options) * (ranks_ != nullptr ? ranks_->size() : 1)) {}
 
     ExperimentResult run() {
         if (ranks_ != nullptr) welcome();
@@ -65,7 +70,8 @@ class Head {
                         told = now;
                         options_.progress(ledger_.progress());
                     }
-                    if (!busy) std::this_thread::sleep_for(ranks_ != nullptr ? message_interval : own_interval);
+                    if (!busy)
+                        std::this_thread::sleep_for(ranks_ != nullptr ? message_interval : own_interval);
                 } catch (...) {
                     if (!trouble) trouble = std::current_exception();
                     if (!stopping_) stop();
@@ -96,8 +102,9 @@ class Head {
         try {
             PictureWork work(config_, options_.device, textures_);
             while (const std::optional<WorkUnit> unit = ledger_.wait_for_next()) {
-                work.run(*unit, [this](const WorkReport& report) { ledger_.take(report); },
-                         [this] { return stopping_ || wants_to_stop(); });
+                work.run(
+                    *unit, [this](const WorkReport& report) { ledger_.take(report); },
+                    [this] { return stopping_ || wants_to_stop(); });
                 ledger_.unit_ended();
             }
         } catch (...) {
@@ -179,7 +186,8 @@ class Head {
     std::exception_ptr device_error_;
 };
 
-// --- other ranks -------------------------------------------------------------------------------------------------
+// --- other ranks
+// -------------------------------------------------------------------------------------------------
 
 class Hand {
   public:

@@ -17,8 +17,8 @@ namespace {
 bool still_named(int descriptor, const std::filesystem::path& path) {
     struct stat open {
     }, named{};
-    return ::fstat(descriptor, &open) == 0 && ::stat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
-           open.st_dev == named.st_dev;
+    return ::fstat(descriptor, &open) == 0 && ::stat(path.c_str(), &named) == 0 &&
+           open.st_ino == named.st_ino && open.st_dev == named.st_dev;
 }
 
 }  // namespace
@@ -35,10 +35,10 @@ RunLock::RunLock(const std::filesystem::path& file, const std::string& asked) : 
             const int code = errno;
             ::close(descriptor_);
             descriptor_ = -1;
-            throw InputError(asked,
-                             code == EWOULDBLOCK ? "another run writes to it"
-                                                 : std::generic_category().message(code),
-                             "wait for that run to end, or choose another file (and `merge` them later)");
+            throw InputError(
+                asked,
+                code == EWOULDBLOCK ? "another run writes to it" : std::generic_category().message(code),
+                "wait for that run to end, or choose another file (and `merge` them later)");
         }
         if (still_named(descriptor_, path_)) return;
         ::close(descriptor_);

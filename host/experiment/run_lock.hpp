@@ -8,8 +8,8 @@
 
 namespace btfield {
 
-/// Holds FILE-lock, exclusively, until destroyed or until the process ends, however it ends. Not the file itself:
-/// SQLite's own locks are lost when any descriptor of it is closed.
+/// Holds FILE-lock, exclusively, until destroyed or until the process ends, however it ends. Not the file
+/// itself: SQLite's own locks are lost when any descriptor of it is closed.
 class RunLock {
   public:
     /// \throws InputError when another process holds it, or it cannot be made.

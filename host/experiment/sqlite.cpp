@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int patience = 30'000;  // milliseconds that a reader waits for a checkpoint, and the other way round
+constexpr int patience =
+    30'000;  // milliseconds that a reader waits for a checkpoint, and the other way round
 
 /// "file:" name that cannot be mistaken for options.
 std::string uri(const fs::path& path, const char* options) {
@@ -47,12 +48,12 @@ Connection::Connection(const fs::path& path, Access access, std::string asked) :
         const int code = sqlite3_open_v2(uri(path, options).c_str(), &handle_, flags, nullptr);
         if (code == SQLITE_OK) sqlite3_busy_timeout(handle_, patience);
         // Reads the header: opening alone does not look at the file.
-        return code == SQLITE_OK
-                   ? sqlite3_exec(handle_, "PRAGMA schema_version", nullptr, nullptr, nullptr)
-                   : code;
+        return code == SQLITE_OK ? sqlite3_exec(handle_, "PRAGMA schema_version", nullptr, nullptr, nullptr)
+                                 : code;
     };
     int code = open("");
-    if ((code & 0xff) == SQLITE_CANTOPEN && access == Access::read && !fs::exists(path.string() + "-wal", error)) {
+    if ((code & 0xff) == SQLITE_CANTOPEN && access == Access::read &&
+        !fs::exists(path.string() + "-wal", error)) {
         // In a folder without write permission SQLite cannot make the files that readers of a log share.
         close();
         code = open("?immutable=1");
@@ -129,8 +130,8 @@ void Transaction::commit() {
 }
 
 Statement::Statement(Connection& connection, std::string_view text) : connection_(connection) {
-    if (sqlite3_prepare_v2(connection_.handle_, text.data(), static_cast<int>(text.size()), &handle_, nullptr) !=
-        SQLITE_OK) {
+    if (sqlite3_prepare_v2(connection_.handle_, text.data(), static_cast<int>(text.size()), &handle_,
+                           nullptr) != SQLITE_OK) {
         connection_.fail();
     }
 }
@@ -181,7 +182,8 @@ std::string Statement::text(int column) const {
 }
 
 double Statement::real(int column) const {
-    return is_null(column) ? std::numeric_limits<double>::quiet_NaN() : sqlite3_column_double(handle_, column);
+    return is_null(column) ? std::numeric_limits<double>::quiet_NaN()
+                           : sqlite3_column_double(handle_, column);
 }
 
 std::int64_t Statement::number(int column) const {

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "btfield/criteria.hpp"
 #include "btfield/experiment.hpp"
 #include "host/experiment/results_database.hpp"
 
@@ -12,7 +13,6 @@ namespace btfield {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kappa_threshold = 3.0;  // P4 3.1: 2D models suffice up to there
 
 /// Metric and marginals.
 using Variant = std::pair<std::string, std::string>;
@@ -52,7 +52,7 @@ ExperimentTable::Colour colour_of(const Material& material) {
     std::vector<double> kappas;
     for (const auto& entry : material.kappa) kappas.push_back(entry.second);
     colour.kappa = median(std::move(kappas));
-    colour.needs_3d = colour.kappa > kappa_threshold;
+    colour.needs_3d = colour.kappa > Kappa::threshold;
 
     std::map<std::string, double> flat, full;  // least MEMD* of picture
     for (const auto& [model, pictures] : material.best) {
@@ -148,7 +148,8 @@ std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& data
         SELECT metric, marginals, status, count(*) FROM jobs WHERE picture IN (SELECT picture FROM files)
         GROUP BY metric, marginals, status)sql");
     while (count.step()) {
-        contents[{count.text(0), count.text(1)}].counts[count.text(2)] = static_cast<std::uint64_t>(count.number(3));
+        contents[{count.text(0), count.text(1)}].counts[count.text(2)] =
+            static_cast<std::uint64_t>(count.number(3));
     }
     std::vector<ExperimentTable> tables;
     for (const auto& [variant, content] : contents) tables.push_back(table_of(variant, content));

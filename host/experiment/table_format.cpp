@@ -100,7 +100,8 @@ std::string latex_of(const ExperimentTable& table) {
         for (std::size_t r = 0; r < grid.rows.size(); ++r) {
             if (r == grid.models) text += "\\hline\n";
             std::string line;
-            for (const std::string& cell : grid.rows[r]) line += (line.empty() ? "" : " & ") + latex_text(cell);
+            for (const std::string& cell : grid.rows[r])
+                line += (line.empty() ? "" : " & ") + latex_text(cell);
             text += line + " \\\\\n";
         }
         text += "\\end{tabular}\n\n";
@@ -196,8 +197,8 @@ TableGrid table_grid(const ExperimentTable& table, std::size_t first, std::size_
 
 std::string table_caption(const ExperimentTable& table) {
     return "MEMD* of the best textures in percent, mean and standard deviation over pictures (metric " +
-           table.metric + ", marginals " + table.marginals + "); a gap is a best 2D that exceeds the best 3D by more than " +
-           percent_text(memd_gap_threshold);
+           table.metric + ", marginals " + table.marginals +
+           "); a gap is a best 2D that exceeds the best 3D by more than " + percent_text(memd_gap_threshold);
 }
 
 std::string table_counts(const ExperimentTable& table) {

@@ -26,9 +26,11 @@ struct TableGrid {
 
 /// \param first, end range of materials
 /// \param all add the pair of all materials
-[[nodiscard]] TableGrid table_grid(const ExperimentTable& table, std::size_t first, std::size_t end, bool all);
+[[nodiscard]] TableGrid table_grid(const ExperimentTable& table, std::size_t first, std::size_t end,
+                                   bool all);
 
-/// "MEMD* of the best textures in percent, mean and standard deviation over pictures (metric max, marginals match)".
+/// "MEMD* of the best textures in percent, mean and standard deviation over pictures (metric max, marginals
+/// match)".
 [[nodiscard]] std::string table_caption(const ExperimentTable& table);
 /// "120 jobs done, 6 refused, 0 failed".
 [[nodiscard]] std::string table_counts(const ExperimentTable& table);

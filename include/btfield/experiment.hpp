@@ -1,9 +1,9 @@
 #pragma once
 
 /// \file
-/// Experiments over many pictures and models, as P4 section 5: pictures × models × orders × levels × estimators ×
-/// marginals × seeds, every texture held against its picture. docs/experiments.md describes configuration and
-/// database.
+/// Experiments over many pictures and models, as P4 section 5: pictures × models × orders × levels ×
+/// estimators × marginals × seeds, every texture held against its picture. docs/experiments.md describes
+/// configuration and database.
 
 #include <cstdint>
 #include <filesystem>
@@ -51,7 +51,8 @@ struct ExperimentConfig {
 };
 
 /// Reads and checks a configuration against its schema (docs/experiment.schema.json).
-/// \throws InputError naming the place: no JSON, an unknown or missing key, a value out of range, a list with a
+/// \throws InputError naming the place: no JSON, an unknown or missing key, a value out of range, a list with
+/// a
 ///         value twice.
 [[nodiscard]] ExperimentConfig read_experiment(const std::filesystem::path& path);
 
@@ -60,7 +61,8 @@ struct ExperimentProgress {
     std::uint64_t jobs = 0;     ///< of this run: the whole experiment or its shard
     std::uint64_t done = 0;     ///< computed in this run
     std::uint64_t refused = 0;  ///< no such model or texture for that picture, found in this run
-    std::uint64_t failed = 0;   ///< stopped by the surroundings: picture gone, device failure; the next run retries
+    std::uint64_t failed =
+        0;  ///< stopped by the surroundings: picture gone, device failure; the next run retries
     std::uint64_t skipped = 0;  ///< in the database before the run
     double seconds = 0.0;
     /// What goes on now: "read 3 pictures", "jobs", "textures".
@@ -96,7 +98,8 @@ struct ExperimentRunOptions {
     /// Asked often, from several threads; true ends the run after the fits under way.
     std::function<bool()> stop;
     ExperimentRanks* ranks = nullptr;  ///< nullptr = this process alone
-    /// Jobs that share the work of one picture at most; 0 = all of them. 1 is a job at a time, for comparison.
+    /// Jobs that share the work of one picture at most; 0 = all of them. 1 is a job at a time, for
+    /// comparison.
     int unit = 0;
 };
 
@@ -105,10 +108,10 @@ struct ExperimentResult : ExperimentProgress {
     std::string failure;  ///< of the first job that failed
 };
 
-/// Runs what the database lacks. Rows are committed fit by fit; a run that ends at any moment, by whatever means,
-/// is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0 alone opens the
-/// database and returns the result of all; other ranks return an empty one.
-/// \throws InputError when a pattern matches nothing or a picture cannot be read, before any work is done; when
+/// Runs what the database lacks. Rows are committed fit by fit; a run that ends at any moment, by whatever
+/// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
+/// alone opens the database and returns the result of all; other ranks return an empty one. \throws
+/// InputError when a pattern matches nothing or a picture cannot be read, before any work is done; when
 ///         another run writes to the database, the file is no such database, damaged, or cannot be written.
 /// \throws DeviceError when no process can open its device.
 ExperimentResult run_experiment(const ExperimentConfig& config, const std::filesystem::path& database,
@@ -117,8 +120,8 @@ ExperimentResult run_experiment(const ExperimentConfig& config, const std::files
 /// Lets other ranks return from run_experiment when rank 0 will not call it.
 void dismiss(ExperimentRanks& ranks);
 
-/// Joins the databases of shards. A job that several have is taken once: computed before failed, then the first.
-/// \throws InputError as run_experiment; when `output` exists.
+/// Joins the databases of shards. A job that several have is taken once: computed before failed, then the
+/// first. \throws InputError as run_experiment; when `output` exists.
 ExperimentResult merge_experiments(const std::vector<std::filesystem::path>& inputs,
                                    const std::filesystem::path& output);
 
@@ -136,11 +139,11 @@ struct ExperimentTable {
         Cell all;
     };
     struct Colour {
-        double kappa = 0.0;      ///< κ(256), median over the material's pictures
-        double best_2d = 0.0;    ///< mean over pictures of the least MEMD* of the 2D models; NaN without
-        double best_3d = 0.0;    ///< the same of the 3D models
-        bool needs_3d = false;   ///< what κ > 3 predicts
-        bool gap = false;        ///< best_2d exceeds best_3d by more than gap_threshold
+        double kappa = 0.0;     ///< κ(256), median over the material's pictures
+        double best_2d = 0.0;   ///< mean over pictures of the least MEMD* of the 2D models; NaN without
+        double best_3d = 0.0;   ///< the same of the 3D models
+        bool needs_3d = false;  ///< what κ > 3 predicts
+        bool gap = false;       ///< best_2d exceeds best_3d by more than gap_threshold
     };
     std::string metric, marginals;  ///< what all jobs of the table have in common
     std::vector<std::string> materials;
@@ -150,7 +153,8 @@ struct ExperimentTable {
     std::uint64_t done = 0, refused = 0, failed = 0;
 };
 
-/// Percentage points of MEMD* by which 2D models must fall behind 3D ones to count as a gap: P4 states whole percents.
+/// Percentage points of MEMD* by which 2D models must fall behind 3D ones to count as a gap: P4 states whole
+/// percents.
 inline constexpr double memd_gap_threshold = 1.0;
 
 /// One table per metric and marginals that the database has, from the jobs it has so far.
@@ -160,11 +164,10 @@ inline constexpr double memd_gap_threshold = 1.0;
 enum class TableFormat { text, markdown, csv, latex };
 [[nodiscard]] std::string format_tables(const std::vector<ExperimentTable>& tables, TableFormat format);
 
-/// Writes one HTML page that needs no other file: tables, thumbnails of pictures and best textures, κ, plots of
-/// MEMD* by order and levels.
-/// \param most_pictures that are shown one by one
-/// \throws InputError as experiment_tables; when the page cannot be written.
+/// Writes one HTML page that needs no other file: tables, thumbnails of pictures and best textures, κ, plots
+/// of MEMD* by order and levels. \param most_pictures that are shown one by one \throws InputError as
+/// experiment_tables; when the page cannot be written.
 void write_experiment_report(const std::filesystem::path& database, const std::filesystem::path& page,
-                             int most_pictures = 48);
+                             int most_pictures = 24);
 
 }  // namespace btfield
