@@ -14,9 +14,13 @@ void add_all() {
     add_noise();
     add_fft();
     add_spectral_solve();
+    add_spectral_root();
     add_pyramid();
+    add_planes();
     add_lag_covariance();
     add_fit();
+    add_convolve();
+    add_causal_recursion();
     add_synthesis();
 }
 

@@ -14,9 +14,13 @@ void add_ceiling();
 void add_noise();
 void add_fft();
 void add_spectral_solve();
+void add_spectral_root();
 void add_pyramid();
+void add_planes();
 void add_lag_covariance();
 void add_fit();
+void add_convolve();
+void add_causal_recursion();
 void add_synthesis();
 void add_all();
 

@@ -15,6 +15,11 @@ const LagCovariance& AnalysedLevel::statistic(Offset box) {
     return statistic_;
 }
 
+const FoldedPeriodogram& AnalysedLevel::periodogram() {
+    if (!periodogram_) periodogram_ = folded_periodogram(image_);
+    return *periodogram_;
+}
+
 AnalysedLevel& AnalysedPicture::level(int factor, int count, int k) {
     const auto last = std::pair{factor, count - 1};
     if (gaussian_.find(last) == gaussian_.end()) {

@@ -4,6 +4,7 @@
 // for.
 
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "btfield/lag_covariance.hpp"
 #include "btfield/marginals.hpp"
 #include "btfield/spectral_basis.hpp"
+#include "host/folded_periodogram.hpp"
 
 namespace btfield {
 
@@ -29,10 +31,12 @@ class AnalysedLevel {
     [[nodiscard]] const Image& image() const { return image_; }
     /// Lag covariances of at least this box; computed again when a larger box is asked for.
     const LagCovariance& statistic(Offset box);
+    const FoldedPeriodogram& periodogram();
 
   private:
     Image image_;
     LagCovariance statistic_;
+    std::optional<FoldedPeriodogram> periodogram_;
 };
 
 /// One kind of planes of the picture, and its pyramids.

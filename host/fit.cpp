@@ -1,6 +1,7 @@
 #include "btfield/fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -14,7 +15,9 @@
 #include "host/lag_products.hpp"
 #include "host/level_fit.hpp"
 #include "host/level_gains.hpp"
+#include "host/marginal_moments.hpp"
 #include "host/spectral_density.hpp"
+#include "host/theory.hpp"
 
 namespace btfield {
 namespace {
@@ -103,6 +106,23 @@ void check_variation(const Image& image) {
     }
 }
 
+/// Covariances of the modelled planes as they show in the picture's planes: mapped planes count with the
+/// deviation that their marginals give them, then the basis is undone.
+std::vector<double> in_picture(const TextureModel& model, std::vector<double> covariances) {
+    if (model.basis.planes == 0) return covariances;
+    if (!model.marginals.empty()) {
+        std::vector<double> deviations;
+        for (const Marginal& marginal : model.marginals) {
+            const auto knots = static_cast<int>(marginal.values.size());
+            deviations.push_back(std::sqrt(mapped_moments(marginal, hat_moments(knots, 1.0)).variance));
+        }
+        const size_t r = deviations.size();
+        for (size_t n = 0; n < covariances.size(); ++n)
+            covariances[n] *= deviations[n / r % r] * deviations[n % r];
+    }
+    return turned_back(model.basis, covariances);
+}
+
 /// \param grids per level, side of the frequency grid that resolves its spectrum
 void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<int>& grids) {
     const std::vector<Offset> lags = probe_lags(picture.image().size());
@@ -114,11 +134,21 @@ void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<
         // change no more.
         const Size torus{std::min(level.size.height, grids[k]), std::min(level.size.width, grids[k])};
         const LagCovariance own = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
-        seen.push_back(expanded_covariance(own, model.factor, depth, lags));
+        seen.push_back(in_picture(model, expanded_covariance(own, model.factor, depth, lags)));
     }
     const std::vector<double> gains =
-        match_gains(seen, picture.probe_covariances(), picture.image().planes());
+        match_gains(seen, in_picture(model, picture.probe_covariances()), model.planes);
     for (size_t k = 0; k < gains.size(); ++k) model.levels[k].gain = gains[k];
+}
+
+/// See TextureModel::whitening.
+void set_whitening(TextureModel& model) {
+    const std::array<Offset, 1> zero = {Offset{}};
+    const std::vector<double> covariance = modelled_covariance(model, model.size, zero);
+    const int r = model.basis.rank;
+    const Eigen::MatrixXd sum = Eigen::Map<const Eigen::MatrixXd>(covariance.data(), r, r);
+    const Eigen::MatrixXd whitening = inverse_symmetric_root(0.5 * (sum + sum.transpose()));
+    model.whitening.assign(whitening.data(), whitening.data() + whitening.size());
 }
 
 }  // namespace
@@ -242,6 +272,7 @@ class Analysis::Impl {
             model.levels.push_back(std::move(fitted.level));
         }
         if (options.gains == GainMode::match && is_valid(model)) set_gains(model, planes, grids);
+        if (!model.marginals.empty()) set_whitening(model);
         watch.lap("gains");
         return model;
     }

@@ -51,6 +51,8 @@ MatrixXd residual(const Moments& v, const MatrixXd& theta) {
     return 0.5 * (result + result.transpose());
 }
 
+}  // namespace
+
 std::string describe(const std::vector<Offset>& offsets, int planes) {
     return "least-squares fit of " + std::to_string(offsets.size()) + " offsets to " +
            std::to_string(planes) + (planes == 1 ? " plane" : " planes");
@@ -86,8 +88,6 @@ void check_request(const LagCovariance& statistic, const std::vector<Offset>& of
     }
 }
 
-/// Solves V_xx x = b for the rows and columns in `used`, scaled to a unit diagonal so that planes of
-/// different units do not count as ill-conditioned.
 MatrixXd solve_normal_equations(const MatrixXd& xx, const MatrixXd& right, const std::vector<Index>& used,
                                 const std::string& asked) {
     const auto count = static_cast<Index>(used.size());
@@ -113,6 +113,8 @@ MatrixXd solve_normal_equations(const MatrixXd& xx, const MatrixXd& right, const
     return scale.asDiagonal() * factor.solve(b);
 }
 
+namespace {
+
 /// Θᵀ, ηd × d, zero where a pair has no coefficient.
 MatrixXd solve_all(const Moments& v, const std::vector<std::uint8_t>& active, const std::string& asked) {
     const Index unknowns = v.xx.rows(), d = v.xy.cols();
@@ -136,10 +138,8 @@ MatrixXd solve_all(const Moments& v, const std::vector<std::uint8_t>& active, co
     return theta;
 }
 
-/// Σ in the asked form, positive definite. Planes that repeat each other (a grey picture stored as RGB) leave
-/// no error of their own: eigenvalues are raised to 10⁻⁸ of the largest one, 10⁻⁴ of its standard deviation,
-/// which no 8-bit picture shows. Computed on errors scaled by the planes' deviations, so that units do not
-/// matter.
+}  // namespace
+
 MatrixXd admissible_noise(const MatrixXd& noise, NoiseForm form, const MatrixXd& yy) {
     const VectorXd deviation = yy.diagonal().cwiseSqrt();
     const VectorXd inverse = deviation.cwiseInverse();
@@ -155,6 +155,8 @@ MatrixXd admissible_noise(const MatrixXd& noise, NoiseForm form, const MatrixXd&
     }
     return deviation.asDiagonal() * scaled * deviation.asDiagonal();
 }
+
+namespace {
 
 /// Where an equation holds neighbours of one plane only, on a support with s and −s, least squares gives a_s
 /// = a_{−s}, because C_ii(s) = C_ii(−s). Rounding must not spoil that: Λ of such a plane is real, and its
@@ -191,6 +193,8 @@ void make_symmetric(MatrixXd& theta, const std::vector<Offset>& offsets,
     }
 }
 
+}  // namespace
+
 void fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind kind,
           const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active, const MatrixXd& theta,
           const MatrixXd& noise) {
@@ -208,8 +212,6 @@ void fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind 
         for (int j = 0; j < d; ++j) field.noise_covariance.push_back(noise(std::min(i, j), std::max(i, j)));
     }
 }
-
-}  // namespace
 
 MatrixXd lag_zero(const LagCovariance& statistic) {
     const int d = statistic.planes();

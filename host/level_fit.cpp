@@ -9,6 +9,10 @@
 #include "btfield/error.hpp"
 #include "host/examination.hpp"
 #include "host/likelihood.hpp"
+#include "host/mrf_least_squares.hpp"
+#include "host/mrf_likelihood.hpp"
+#include "host/random_decrement.hpp"
+#include "host/sar_likelihood.hpp"
 
 namespace btfield {
 namespace {
@@ -42,30 +46,51 @@ Image plane_image(const Image& image, int p) {
 }
 
 Estimate least_squares(const LagCovariance& statistic, const FitOptions& options, const Support& support) {
+    const auto& [kind, offsets] = support;
     Estimate estimate;
+    const auto take = [&](MrfEstimate markov) {
+        estimate.model = std::move(markov.model);
+        estimate.iterations = markov.iterations;
+    };
     switch (family(options.model)) {
-        case Family::car:
-            estimate.model = fit_car(statistic, support.kind, support.offsets, options.active, options.noise,
-                                     options.prior);
-            break;
         case Family::msar:
-            estimate.model = fit_sar(statistic, support.kind, support.offsets, options.active, options.noise);
+            estimate.model = fit_sar(statistic, kind, offsets, options.active, options.noise);
             break;
         case Family::mmrf:
+            take(fit_mmrf(statistic, kind, offsets, options.active, options.noise));
+            break;
         case Family::pmrf:
-        case Family::ma:
-            throw InputError("least squares", "not merged", "");
+            take(fit_pmrf(statistic, kind, offsets, options.active, options.noise));
+            break;
+        default:
+            estimate.model = fit_car(statistic, kind, offsets, options.active, options.noise, options.prior);
     }
     estimate.examination = examine(estimate.model, statistic);
     return estimate;
 }
 
-Estimate maximum_likelihood(const LagCovariance& statistic, const FitOptions& options,
+/// \param level PMRF models of several planes read its periodogram
+Estimate maximum_likelihood(AnalysedLevel& level, const LagCovariance& statistic, const FitOptions& options,
                             const Support& support) {
-    static_cast<void>(statistic);
-    static_cast<void>(options);
-    static_cast<void>(support);
-    throw InputError("maximum likelihood", "not merged", "");
+    const auto& [kind, offsets] = support;
+    Estimate estimate;
+    estimate.estimator = Estimator::maximum_likelihood;
+    if (family(options.model) == Family::msar) {
+        SarLikelihoodFit fitted = fit_sar_likelihood(statistic, kind, offsets, options.active, options.noise);
+        estimate.model = std::move(fitted.model);
+        estimate.iterations = fitted.iterations;
+        estimate.examination = std::move(fitted.examination);
+        return estimate;
+    }
+    const bool pairs = family(options.model) == Family::pmrf && statistic.planes() > 1;
+    MrfLikelihoodFit fitted =
+        pairs ? fit_pmrf_ml(statistic, level.periodogram(), kind, offsets, options.active, options.noise)
+              : fit_mmrf_ml(statistic, kind, offsets, options.active, options.noise);
+    if (!pairs && family(options.model) == Family::pmrf) fitted.model.form = MrfForm::pmrf;
+    estimate.model = std::move(fitted.model);
+    estimate.iterations = fitted.iterations;
+    estimate.examination = examine(estimate.model, statistic);
+    return estimate;
 }
 
 /// Least squares is inconsistent for symmetric supports: where it certifies with a variance that is not the
@@ -77,23 +102,25 @@ bool trustworthy(const Certificate& certificate) {
            });
 }
 
-Estimate estimate_part(const LagCovariance& statistic, const FitOptions& options, const Support& support) {
+Estimate estimate_part(AnalysedLevel& level, const LagCovariance& statistic, const FitOptions& options,
+                       const Support& support) {
     if (family(options.model) == Family::car || options.estimator == EstimatorChoice::least_squares)
         return least_squares(statistic, options, support);
     if (options.estimator == EstimatorChoice::automatic) {
         Estimate estimate = least_squares(statistic, options, support);
         if (trustworthy(estimate.examination.certificate)) return estimate;
     }
-    return maximum_likelihood(statistic, options, support);
+    return maximum_likelihood(level, statistic, options, support);
 }
 
 Estimate estimate_moving_average(const Image& level, const LagCovariance& statistic,
                                  const FitOptions& options, const Support& support) {
-    static_cast<void>(level);
-    static_cast<void>(statistic);
-    static_cast<void>(options);
-    static_cast<void>(support);
-    throw InputError("random decrement", "not merged", "");
+    Estimate estimate;
+    estimate.model =
+        fit_ma(level, statistic, support.kind, support.offsets, options.noise, options.moving_average);
+    estimate.estimator = Estimator::random_decrement;
+    estimate.examination = examine(estimate.model, statistic);
+    return estimate;
 }
 
 /// Adds a part to its level: see LevelModel.
@@ -153,14 +180,17 @@ FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Supp
         const LagCovariance& seen = parts > 1 ? own : statistic;
         Estimate part;
         if (family(options.model) == Family::ma) {
-            part = parts > 1 ? estimate_moving_average(plane_image(data.image(), p), seen, options, support)
-                             : estimate_moving_average(data.image(), seen, options, support);
+            part = estimate_moving_average(parts > 1 ? plane_image(data.image(), p) : data.image(), seen,
+                                           options, support);
         } else {
-            part = estimate_part(seen, options, support);
+            part = estimate_part(data, seen, options, support);
         }
-        const double likelihood = part.examination.certificate.valid
-                                      ? log_likelihood(part.model, seen, part.examination.log_determinant)
-                                      : std::numeric_limits<double>::quiet_NaN();
+        const double likelihood =
+            part.examination.certificate.valid
+                ? log_likelihood(
+                      part.model, seen, part.examination.log_determinant,
+                      [&]() -> const FoldedPeriodogram& { return data.periodogram(); }, p)
+                : std::numeric_limits<double>::quiet_NaN();
         add_part(fitted, std::move(part), likelihood);
     }
     lap("fit");

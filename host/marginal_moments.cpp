@@ -11,8 +11,9 @@ namespace {
 
 using std::size_t;
 
-/// Terms of the expansion. A kink gives terms a_n of order n^{−5/4}, so that what follows term N of a covariance is of
-/// order N^{−3/2}: 2e-4 of (the slope's jump × the density)², which itself is a fraction of the variance.
+/// Terms of the expansion. A kink gives terms a_n of order n^{−5/4}, so that what follows term N of a
+/// covariance is of order N^{−3/2}: 2e-4 of (the slope's jump × the density)², which itself is a fraction of
+/// the variance.
 constexpr int terms = 256;
 
 }  // namespace
@@ -83,12 +84,13 @@ MappedCovariance::MappedCovariance(std::span<const Marginal> marginals, std::spa
                 slope = (q[static_cast<size_t>(k) + 1] - q[static_cast<size_t>(k)]) / (after - t);
                 plane.series[0] += slope * normal_probability(t, after);  // a_1 = E q'(x)
             }
-            // a_n = E q''(x) He_{n−2}(x) / √n!: q'' is a jump of the slope at each knot. The recurrence runs over
-            // He_m / √m! times the density.
+            // a_n = E q''(x) He_{n−2}(x) / √n!: q'' is a jump of the slope at each knot. The recurrence runs
+            // over He_m / √m! times the density.
             double here = (slope - slope_before) * normal_density(t), before = 0.0;
             for (int m = 0; m + 2 <= terms; ++m) {
                 plane.series[static_cast<size_t>(m) + 1] += here / std::sqrt((m + 1.0) * (m + 2.0));
-                const double next = (t * here - std::sqrt(static_cast<double>(m)) * before) / std::sqrt(m + 1.0);
+                const double next =
+                    (t * here - std::sqrt(static_cast<double>(m)) * before) / std::sqrt(m + 1.0);
                 before = here;
                 here = next;
             }

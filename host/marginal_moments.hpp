@@ -12,8 +12,8 @@ namespace btfield {
 /// Knot k of n.
 [[nodiscard]] double knot(int k, int n);
 
-/// Hat functions h_k over the knots (1 at knot k, 0 at the others; the first and the last one stay 1 beyond their end)
-/// of a normal of mean 0: they add up to 1, and q = Σ_k q_k h_k.
+/// Hat functions h_k over the knots (1 at knot k, 0 at the others; the first and the last one stay 1 beyond
+/// their end) of a normal of mean 0: they add up to 1, and q = Σ_k q_k h_k.
 struct HatMoments {
     std::vector<double> mean;     ///< E h_k
     std::vector<double> square;   ///< E h_k²
@@ -34,8 +34,8 @@ class MappedCovariance {
     /// \param variances  of the normal planes, which need not be 1
     MappedCovariance(std::span<const Marginal> marginals, std::span<const double> variances);
 
-    /// Of planes i and j where the normal planes' covariance is c. Accurate to 1e-4 √(Var_i Var_j); c = Var x_i of
-    /// i = j is exact.
+    /// Of planes i and j where the normal planes' covariance is c. Accurate to 1e-4 √(Var_i Var_j); c = Var
+    /// x_i of i = j is exact.
     [[nodiscard]] double operator()(int i, int j, double c) const;
     /// [lag][i][j] → [lag][i][j].
     [[nodiscard]] std::vector<double> operator()(std::span<const double> covariances) const;

@@ -29,8 +29,8 @@ void require_knots(const std::string& asked, size_t knots) {
                      "use " + std::to_string(fewest_knots) + " to " + std::to_string(most_knots));
 }
 
-/// Φ⁻¹((k + 1/2)/N) for the k of the lower half, all divided by their deviation, and 0 in the middle of an odd N.
-/// The upper half mirrors it: the mean is 0.
+/// Φ⁻¹((k + 1/2)/N) for the k of the lower half, all divided by their deviation, and 0 in the middle of an
+/// odd N. The upper half mirrors it: the mean is 0.
 std::vector<float> normal_scores(size_t count) {
     constexpr size_t block_size = 1 << 14;
     const size_t half = count / 2;
@@ -93,7 +93,8 @@ VectorXd projections(const std::vector<RankedPixel>& pixels, int knots) {
             const double mean = (up_to - before) / normal_probability(a, b);
             before = up_to;
             // ∫ h_{k+1} φ over the cell.
-            const double up = (normal_density(a) - normal_density(b) - knot(k, knots) * normal_probability(a, b)) / step;
+            const double up =
+                (normal_density(a) - normal_density(b) - knot(k, knots) * normal_probability(a, b)) / step;
             sums(k + 1) += mean * up;
             sums(k) += mean * (normal_probability(a, b) - up);
         }
@@ -102,8 +103,8 @@ VectorXd projections(const std::vector<RankedPixel>& pixels, int knots) {
     return sums;
 }
 
-/// min E (q(x) − Q(x))² over non-decreasing q, then moved and scaled to mean and variance. The unknowns are the
-/// increments q_{k+1} − q_k >= 0; the constant drops out of the covariances of the hat functions.
+/// min E (q(x) − Q(x))² over non-decreasing q, then moved and scaled to mean and variance. The unknowns are
+/// the increments q_{k+1} − q_k >= 0; the constant drops out of the covariances of the hat functions.
 Marginal fit_marginal(const VectorXd& projection, const HatMoments& hats, double mean, double variance) {
     const auto n = static_cast<Index>(hats.mean.size());
     const Eigen::Map<const VectorXd> w(hats.mean.data(), n);
@@ -169,7 +170,8 @@ GaussianPlanes gaussianise(const Image& planes, int knots) {
         const std::span<const float> values = planes.plane(p);
         const std::string which = "plane " + std::to_string(p);
         if (!std::ranges::all_of(values, [](float v) { return std::isfinite(v); }))
-            throw InputError(asked, which + " holds values that are not finite", "replace NaN and infinite pixels");
+            throw InputError(asked, which + " holds values that are not finite",
+                             "replace NaN and infinite pixels");
         const std::vector<RankedPixel> order = ascending(values, static_cast<std::uint32_t>(p));
         if (order.front().key == order.back().key)
             throw InputError(asked, which + " is constant", "leave it out");
@@ -185,12 +187,14 @@ GaussianPlanes gaussianise(const Image& planes, int knots) {
 Image map_back(const Image& gaussian, std::span<const Marginal> marginals) {
     if (static_cast<size_t>(gaussian.planes()) != marginals.size())
         throw InputError("map " + std::to_string(gaussian.planes()) + " planes back",
-                         "there are " + std::to_string(marginals.size()) + " marginals", "give one to each plane");
+                         "there are " + std::to_string(marginals.size()) + " marginals",
+                         "give one to each plane");
     Image result(gaussian.size(), gaussian.planes(), gaussian.space());
     for_each_block(gaussian.planes(), [&](int p) {
         const Marginal& marginal = marginals[static_cast<size_t>(p)];
-        std::ranges::transform(gaussian.plane(p), result.plane(p).begin(),
-                               [&](float x) { return static_cast<float>(quantile(marginal, static_cast<double>(x))); });
+        std::ranges::transform(gaussian.plane(p), result.plane(p).begin(), [&](float x) {
+            return static_cast<float>(quantile(marginal, static_cast<double>(x)));
+        });
     });
     return result;
 }

@@ -110,6 +110,7 @@ ordered_json model_value(const TextureModel& model) {
     value["mean"] = model.mean;
     value["basis"] = basis_value(model.basis);
     value["marginals"] = marginals_value(model.marginals);
+    if (!model.marginals.empty()) value["whitening"] = model.whitening;
     ordered_json provenance;
     provenance["source"] = model.provenance.source;
     provenance["type"] = name(model.provenance.type);
@@ -439,6 +440,7 @@ TextureModel model_from(const json& value, Context context) {
             list(value_, where, context, [&](const json& inner, const std::string& place, const Context&) {
                 return Marginal{list(inner, place, context, real)};
             });
+        model.whitening = object.get_list("whitening", real);
     });
     model.provenance = object.get("provenance", read_provenance);
     model.levels =

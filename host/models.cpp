@@ -316,6 +316,14 @@ void check_basis(const TextureModel& model) {
                " rows of the basis");
     }
     for (const Marginal& marginal : model.marginals) check(marginal);
+    const auto r = static_cast<std::size_t>(basis.rank);
+    if (model.whitening.size() != r * r) {
+        refuse("its whitening has " + std::to_string(model.whitening.size()) + " numbers instead of " +
+               std::to_string(r * r));
+    }
+    for (const double value : model.whitening) {
+        if (!std::isfinite(value)) refuse("its whitening is not finite");
+    }
 }
 
 }  // namespace
@@ -405,6 +413,7 @@ std::size_t parameter_count(const TextureModel& model) {
     }
     for (const Marginal& marginal : model.marginals) count += marginal.values.size();
     const auto r = static_cast<std::size_t>(model.basis.rank), d = static_cast<std::size_t>(model.planes);
+    if (!model.marginals.empty()) count += is_2d(model.kind) ? r : r * (r + 1) / 2;
     return count + (model.basis.planes > 0 ? r * d - r * (r + 1) / 2 : 0);  // orthonormal rows
 }
 

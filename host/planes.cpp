@@ -9,7 +9,7 @@
 namespace btfield {
 
 PlaneRestorer::PlaneRestorer(Device::Impl& device, const SpectralBasis& basis,
-                             std::span<const Marginal> marginals)
+                             std::span<const Marginal> marginals, std::span<const double> whitening)
     : device_(&device), planes_(basis.planes), rank_(basis.rank) {
     check(basis);
     const std::string asked = "restore " + std::to_string(rank_) + " eigenplanes";
@@ -40,12 +40,21 @@ PlaneRestorer::PlaneRestorer(Device::Impl& device, const SpectralBasis& basis,
     std::vector<float> numbers;
     for (const double t : basis.matrix) numbers.push_back(static_cast<float>(t));
     for (const double m : basis.mean) numbers.push_back(static_cast<float>(m));
+    const auto r = static_cast<std::size_t>(rank_);
+    if (!whitening.empty() && whitening.size() != r * r)
+        throw InputError(asked, "the whitening has " + std::to_string(whitening.size()) + " numbers",
+                         "give " + std::to_string(r * r));
+    for (std::size_t e = 0; e < r * r; ++e) {
+        const double identity = e % (r + 1) == 0 ? 1.0 : 0.0;
+        numbers.push_back(static_cast<float>(whitening.empty() ? identity : whitening[e]));
+    }
     basis_ = device.upload(numbers);
 }
 
 std::size_t PlaneRestorer::scratch_bytes(Size lattice, int textures) const {
     if (rank_ == planes_) return 0;
-    return sizeof(float) * static_cast<std::size_t>(textures) * static_cast<std::size_t>(planes_) * area(lattice);
+    return sizeof(float) * static_cast<std::size_t>(textures) * static_cast<std::size_t>(planes_) *
+           area(lattice);
 }
 
 DevicePlanes PlaneRestorer::restore(DevicePlanes eigenplanes) {

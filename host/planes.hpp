@@ -11,14 +11,17 @@
 
 namespace btfield {
 
-/// y = Tᵀ q(x) + μ, pixel by pixel (kernels/planes.cl).
+/// y = Tᵀ q(M x) + μ, pixel by pixel (kernels/planes.cl).
 class PlaneRestorer {
   public:
     /// \param marginals  one to each eigenplane, with equal numbers of knots, or none: then q(x) = x
+    /// \param whitening  M, r × r row-major; empty is the identity
     /// \throws InputError when basis or marginals are defective (their check()), or do not belong together
-    PlaneRestorer(Device::Impl& device, const SpectralBasis& basis, std::span<const Marginal> marginals);
+    PlaneRestorer(Device::Impl& device, const SpectralBasis& basis, std::span<const Marginal> marginals,
+                  std::span<const double> whitening = {});
 
-    /// [texture · r + eigenplane] → [texture · d + plane], over the whole lattice. Takes over the memory where r = d.
+    /// [texture · r + eigenplane] → [texture · d + plane], over the whole lattice. Takes over the memory
+    /// where r = d.
     [[nodiscard]] DevicePlanes restore(DevicePlanes eigenplanes);
     /// Bytes that restore() takes beside its argument.
     [[nodiscard]] std::size_t scratch_bytes(Size lattice, int textures) const;

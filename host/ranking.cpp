@@ -16,27 +16,34 @@ using std::uint64_t;
 
 constexpr uint32_t sign = 0x80000000U;
 
-/// A bijection of [0, 2^bits) without visible order: multiplications by odd numbers, additions and shifted
-/// exclusive ors are bijections each.
-class Scatter {
+/// SplitMix64 (Steele, Lea and Flood 2014): the tie order must be the same with every standard library.
+class Generator {
   public:
-    Scatter(int bits, uint32_t stream)
-        : mask_((uint64_t{1} << bits) - 1), shift_((bits + 1) / 2), stream_(stream) {}
-    uint64_t operator()(uint64_t x) const {
-        for (uint64_t round = 0; round < 3; ++round) {
-            x = (x + (stream_ + 1) * 0x9E3779B97F4A7C15U + round) & mask_;
-            x ^= x >> shift_;
-            x = (x * (0xD1342543DE82EF95U + 2 * round)) & mask_;
-            x ^= x >> shift_;
-        }
-        return x;
+    explicit Generator(uint32_t stream) : state_((uint64_t{stream} << 32) | stream) {}
+    /// Uniform in [0, bound), bound <= 2³², to 2⁻³² relative.
+    uint32_t below(uint64_t bound) {
+        state_ += 0x9E3779B97F4A7C15U;
+        uint64_t z = state_;
+        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
+        z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
+        return static_cast<uint32_t>((((z ^ (z >> 31)) >> 32) * bound) >> 32);
     }
 
   private:
-    uint64_t mask_;
-    int shift_;
-    uint64_t stream_;
+    uint64_t state_;
 };
+
+/// Fisher and Yates, on every run of equal keys.
+void shuffle_ties(std::span<RankedPixel> pixels, uint32_t stream) {
+    Generator generator(stream);
+    for (size_t first = 0; first < pixels.size();) {
+        size_t end = first + 1;
+        while (end < pixels.size() && pixels[end].key == pixels[first].key) ++end;
+        for (size_t n = end - first; n > 1; --n)
+            std::swap(pixels[first + n - 1], pixels[first + generator.below(n)]);
+        first = end;
+    }
+}
 
 }  // namespace
 
@@ -54,35 +61,31 @@ std::vector<RankedPixel> ascending(std::span<const float> values, uint32_t strea
     if (count > uint64_t{1} << 32)
         throw InputError("rank the pixels of a picture", "it has more than 2^32 of them",
                          "use a smaller picture");
-    // The sort below is stable: pixels enter it in scattered order, and equal ones stay in it.
+    // Least significant digit first.
     constexpr int digit_bits = 11, digits = 3;
     constexpr size_t radix = size_t{1} << digit_bits;
+    const auto digit_of = [](uint32_t key, int digit) { return (key >> (digit * digit_bits)) % radix; };
     std::array<std::array<size_t, radix>, digits> places{};
     std::vector<RankedPixel> pixels(count), other(count);
-    const int bits = count > 1 ? 64 - std::countl_zero(count - 1) : 1;
-    const Scatter scatter(bits, stream);
-    size_t next = 0;
-    for (uint64_t x = 0; x < uint64_t{1} << bits; ++x) {
-        const uint64_t place = scatter(x);
-        if (place >= count) continue;
+    for (size_t place = 0; place < count; ++place) {
         const uint32_t key = sort_key(values[place]);
-        pixels[next++] = {key, static_cast<uint32_t>(place)};
+        pixels[place] = {key, static_cast<uint32_t>(place)};
         for (int digit = 0; digit < digits; ++digit)
-            ++places[static_cast<size_t>(digit)][(key >> (digit * digit_bits)) % radix];
+            ++places[static_cast<size_t>(digit)][digit_of(key, digit)];
     }
     for (int digit = 0; digit < digits; ++digit) {
         std::array<size_t, radix>& place = places[static_cast<size_t>(digit)];
         size_t sum = 0;
-        bool trivial = false;  // all pixels share this digit
+        bool shared = false;  // by all pixels
         for (size_t& p : place) {
-            trivial = trivial || p == count;
+            shared = shared || p == count;
             sum += std::exchange(p, sum);
         }
-        if (trivial) continue;
-        for (const RankedPixel& pixel : pixels)
-            other[place[(pixel.key >> (digit * digit_bits)) % radix]++] = pixel;
+        if (shared) continue;
+        for (const RankedPixel& pixel : pixels) other[place[digit_of(pixel.key, digit)]++] = pixel;
         pixels.swap(other);
     }
+    shuffle_ties(pixels, stream);
     return pixels;
 }
 

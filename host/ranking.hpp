@@ -18,9 +18,9 @@ struct RankedPixel {
 [[nodiscard]] std::uint32_t sort_key(float value);
 [[nodiscard]] float sorted_value(std::uint32_t key);
 
-/// Pixels by ascending value. Equal values come in an order that only their places, the number of pixels and
-/// `stream` decide, at random to the eye: streams are unrelated. Takes time in proportion to the pixels.
-/// \throws InputError when there are more than 2³² pixels
+/// Pixels by ascending value. Equal values come in pseudo-random order, the same each time: a function of the
+/// values and `stream`; streams are unrelated. Takes time in proportion to the pixels. \throws InputError
+/// when there are more than 2³² pixels
 [[nodiscard]] std::vector<RankedPixel> ascending(std::span<const float> values, std::uint32_t stream);
 
 }  // namespace btfield

@@ -27,9 +27,10 @@ Eigen::Map<const RowMajor> matrix_of(const SpectralBasis& basis) {
 
 void require_planes(const char* asked, int found, int expected) {
     if (found == expected) return;
-    throw InputError(asked, "there are " + std::to_string(found) + " planes where the basis has " +
-                                std::to_string(expected),
-                     "use the basis of this very picture");
+    throw InputError(
+        asked,
+        "there are " + std::to_string(found) + " planes where the basis has " + std::to_string(expected),
+        "use the basis of this very picture");
 }
 
 /// Signs are arbitrary in a decomposition: the largest component decides, the first of those that rounding
@@ -123,7 +124,8 @@ LagCovariance turned(const SpectralBasis& basis, const LagCovariance& statistic)
     Eigen::Map<Eigen::VectorXd>(result.mean().data(), basis.rank) = t * (means - centre);
     MatrixXd block(basis.planes, basis.planes);
     for (int row = 0; row <= statistic.box().row; ++row) {
-        for (int column = row == 0 ? 0 : -statistic.box().column; column <= statistic.box().column; ++column) {
+        for (int column = row == 0 ? 0 : -statistic.box().column; column <= statistic.box().column;
+             ++column) {
             const Offset s{row, column};
             for (int i = 0; i < basis.planes; ++i)
                 for (int j = 0; j < basis.planes; ++j) block(i, j) = statistic(i, j, s);

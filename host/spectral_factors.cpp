@@ -36,20 +36,28 @@ double half_angle(int s, int k, int n) {
 }
 
 /// The root of Σ that the family's kernel takes.
-Eigen::MatrixXd noise_root(const SpectralForm& form) {
+Eigen::MatrixXd root_for_kernel(const SpectralForm& form) {
     const Eigen::MatrixXd covariance = noise_matrix(form.lambda);
     if (form.kind == SpectralForm::Kind::moving_average) return symmetric_root(covariance);
     const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
     if (llt.info() != Eigen::Success)
         throw InputError("take the root of the noise covariance", "it is not positive definite",
                          "fit the model again");
+    if (form.is_markov()) return symmetric_root(covariance);
     return llt.matrixL();
+}
+
+/// Λ as the family's kernel takes it: of an MMRF in the basis in which it is Hermitian.
+LinearField lambda_for_kernel(const SpectralForm& form) {
+    if (form.kind != SpectralForm::Kind::mmrf) return form.lambda;
+    const Eigen::MatrixXd covariance = noise_matrix(form.lambda);
+    return change_basis(form.lambda, inverse_symmetric_root(covariance), symmetric_root(covariance));
 }
 
 /// A_s at the places of `offsets`, then I − Σ A_s, then the scaled root of Σ.
 void pack_coefficients(const SpectralForm& form, const std::vector<Offset>& offsets, double scale,
                        std::vector<float>& packed) {
-    const LinearField& field = form.lambda;
+    const LinearField field = lambda_for_kernel(form);
     const int d = field.planes;
     const auto entries = static_cast<std::size_t>(d) * static_cast<std::size_t>(d);
     const std::size_t start = packed.size();
@@ -64,7 +72,7 @@ void pack_coefficients(const SpectralForm& form, const std::vector<Offset>& offs
             at_zero.data()[e] -= a;
         }
     }
-    const Matrix root = noise_root(form);
+    const Matrix root = root_for_kernel(form);
     const std::size_t tail = start + offsets.size() * entries;
     for (std::size_t e = 0; e < entries; ++e) {
         packed[tail + e] = static_cast<float>(at_zero.data()[e]);

@@ -23,6 +23,14 @@ MatrixXd symmetric_root(const MatrixXd& matrix) {
     return vectors * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * vectors.transpose();
 }
 
+MatrixXd inverse_symmetric_root(const MatrixXd& matrix) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(matrix);
+    const MatrixXd& vectors = solver.eigenvectors();
+    const double lowest = 1e-12 * solver.eigenvalues().maxCoeff();
+    return vectors * solver.eigenvalues().cwiseMax(lowest).cwiseSqrt().cwiseInverse().asDiagonal() *
+           vectors.transpose();
+}
+
 LinearField change_basis(const LinearField& field, const MatrixXd& basis, const MatrixXd& inverse) {
     LinearField turned = field;
     turned.active.clear();

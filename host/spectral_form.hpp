@@ -10,11 +10,12 @@ namespace btfield {
 
 /// Spectral density of a level's field from the matrix Λ_t = I − Σ_s A_s e^{√−1 ω_t·s} of `lambda`.
 struct SpectralForm {
+    /// In the order of the kernels' BTFIELD_FACTOR.
     enum class Kind {
         autoregressive,  ///< S = Λ⁻¹ Σ Λ⁻ᴴ (P4 eq. 33)
-        moving_average,  ///< S = Λ Σ Λᴴ, Λ_t = Σ_s A_s e^{−√−1 ω_t·s} of the model's own coefficients
         mmrf,            ///< S = Λ⁻¹ Σ, Hermitian (P4 2.6)
         pmrf,  ///< S = Λ⁻¹ left Λ right Λ⁻ᴴ, left = right = Σ^{1/2} in the planes' own basis (P4 2.7)
+        moving_average,  ///< S = Λ Σ Λᴴ, Λ_t = Σ_s A_s e^{−√−1 ω_t·s} of the model's own coefficients
     };
     Kind kind = Kind::autoregressive;
     LinearField lambda;
@@ -44,6 +45,9 @@ struct SpectralForm {
 /// The symmetric root of a symmetric positive semidefinite matrix; eigenvalues below 0 by rounding count as
 /// 0.
 [[nodiscard]] Eigen::MatrixXd symmetric_root(const Eigen::MatrixXd& matrix);
+
+/// Its inverse. Eigenvalues are taken as at least 10⁻¹² of the largest.
+[[nodiscard]] Eigen::MatrixXd inverse_symmetric_root(const Eigen::MatrixXd& matrix);
 
 /// The same field seen in another basis of planes, y' = T y: A' = T A T⁻¹, Σ' = T Σ Tᵀ.
 [[nodiscard]] LinearField change_basis(const LinearField& field, const Eigen::MatrixXd& basis,

@@ -125,7 +125,8 @@ class Synthesiser::Impl {
           layout_(checked(model, size, options)),
           options_(options),
           stages_(*device_, model.factor) {
-        if (model.basis.planes > 0) restorer_.emplace(*device_, model.basis, model.marginals);
+        if (model.basis.planes > 0)
+            restorer_.emplace(*device_, model.basis, model.marginals, model.whitening);
         if (!fits(*device_, layout_, planes_, 1)) refuse_size(*device_, model, size, layout_);
         const std::size_t target = device_->is_cpu() ? cpu_batch_bytes : gpu_batch_bytes;
         batch_ = 1;

@@ -1,5 +1,6 @@
 #include "btfield/theory.hpp"
 
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <string>
@@ -9,8 +10,24 @@
 #include "host/level_gains.hpp"
 #include "host/marginal_moments.hpp"
 #include "host/spectral_density.hpp"
+#include "host/theory.hpp"
 
 namespace btfield {
+
+std::vector<double> modelled_covariance(const TextureModel& model, Size size, std::span<const Offset> lags) {
+    const std::vector<Size> sizes = pyramid_sizes(size, static_cast<int>(model.levels.size()), model.factor);
+    const auto d = static_cast<std::size_t>(modelled_planes(model));
+    std::vector<double> total(lags.size() * d * d);
+    for (std::size_t k = 0; k < model.levels.size(); ++k) {
+        const LevelModel& level = model.levels[k];
+        const int depth = static_cast<int>(k);
+        const Offset box = expansion_box(model.factor, depth, lags);
+        const LagCovariance own = level_covariance(level, sizes[k], box);
+        const std::vector<double> seen = expanded_covariance(own, model.factor, depth, lags);
+        for (std::size_t n = 0; n < total.size(); ++n) total[n] += level.gain * level.gain * seen[n];
+    }
+    return total;
+}
 
 std::vector<double> theoretical_covariance(const TextureModel& model, Size size,
                                            std::span<const Offset> lags) {
@@ -18,24 +35,24 @@ std::vector<double> theoretical_covariance(const TextureModel& model, Size size,
                               std::to_string(size.height) + " pixels";
     if (size.height < 1 || size.width < 1) throw InputError(asked, "it has no pixel", "use positive sides");
     if (model.levels.empty()) throw InputError(asked, "the model has no level", "fit it anew");
-    const std::vector<Size> sizes = pyramid_sizes(size, static_cast<int>(model.levels.size()), model.factor);
-    const auto d = static_cast<std::size_t>(modelled_planes(model));
     std::vector<Offset> wanted(lags.begin(), lags.end());
     wanted.emplace_back();  // the variances of what marginals map
-    std::vector<double> total(wanted.size() * d * d);
-    for (std::size_t k = 0; k < model.levels.size(); ++k) {
-        const LevelModel& level = model.levels[k];
-        const int depth = static_cast<int>(k);
-        const Offset box = expansion_box(model.factor, depth, wanted);
-        const LagCovariance own = level_covariance(level, sizes[k], box);
-        const std::vector<double> seen = expanded_covariance(own, model.factor, depth, wanted);
-        for (std::size_t n = 0; n < total.size(); ++n) total[n] += level.gain * level.gain * seen[n];
+    std::vector<double> covariance = modelled_covariance(model, size, wanted);
+    const auto r = static_cast<std::size_t>(modelled_planes(model));
+    if (!model.marginals.empty()) {
+        using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        const auto side = static_cast<Eigen::Index>(r);
+        const Eigen::Map<const Matrix> whitening(model.whitening.data(), side, side);
+        for (std::size_t s = 0; s < wanted.size(); ++s) {
+            Eigen::Map<Matrix> c(covariance.data() + s * r * r, side, side);
+            c = (whitening * c * whitening.transpose()).eval();
+        }
+        std::vector<double> variances;
+        for (std::size_t i = 0; i < r; ++i) variances.push_back(covariance[lags.size() * r * r + i * r + i]);
+        covariance = MappedCovariance(model.marginals, variances)(covariance);
     }
-    std::vector<double> variances;
-    for (std::size_t i = 0; i < d; ++i) variances.push_back(total[lags.size() * d * d + i * d + i]);
-    total.resize(lags.size() * d * d);
-    if (!model.marginals.empty()) total = MappedCovariance(model.marginals, variances)(total);
-    return model.basis.planes > 0 ? turned_back(model.basis, total) : total;
+    covariance.resize(lags.size() * r * r);
+    return model.basis.planes > 0 ? turned_back(model.basis, covariance) : covariance;
 }
 
 std::vector<double> theoretical_deviation(const TextureModel& model, Size size) {

@@ -3,18 +3,18 @@
 // A texture has `parts` models of d planes each: one of all planes (3D models), or one per plane with d = 1 (2D models). The
 // part is work-item dimension 2. BTFIELD_FACTOR says what F_t is:
 //   0 autoregressive   scale · Λ_t⁻¹ Σ^{1/2}
-//   1 moving average   scale · Λ_t Σ^{1/2}, Λ_t the transfer function
-//
-// Λ_t = M + Σ_s A_s u_s with M = I − Σ_s A_s and u_s = 1 − exp(√−1 ω_s·t), so that Λ keeps its relative accuracy where it is
-// small, around frequency 0. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors: [i][j][kx][ky], re and im.
+//   1 MMRF, 2 PMRF     as hermitian_factor.clh says
+//   3 moving average   scale · Λ_t Σ^{1/2}, Λ_t the transfer function
+// Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors:
+// [part][i][j][kx][ky], re and im.
 
 #include "philox.clh"
 
 #ifndef BTFIELD_PLANES
-#error "BTFIELD_PLANES (number of planes d) is not defined"
+#error "BTFIELD_PLANES (number of planes d of a part) is not defined"
 #endif
 #ifndef BTFIELD_FACTOR
-#error "BTFIELD_FACTOR (0 or 1, what F is) is not defined"
+#error "BTFIELD_FACTOR (0 to 3, what F is) is not defined"
 #endif
 // 0: factors are computed where they are used; 1: they are read from memory.
 #ifndef BTFIELD_STORED_FACTORS
@@ -30,115 +30,28 @@
 #define UNROLL _Pragma("nounroll")
 #endif
 
-// What a factor is computed from.
-//   coefficients: of each part A_s at [s][i][j], then M at [i][j], then scale · Σ^{1/2} at [i][j]
-//   offsets: per s the table row of s1 in `rows` and of s2 in `columns`
-//   rows: cos and sin of π·s1·ky/H at [2·row][ky] and [2·row + 1][ky], pitch as the spectrum
-//   columns: cos and sin of π·s2·kx/W at [row][kx]
-#define FACTOR_ARGUMENTS                                                                                  \
-    __global const float *coefficients, __global const int2 *offsets, __global const float *rows,         \
-        __global const float2 *columns, int count
+#if !BTFIELD_STORED_FACTORS
+// Includes are put in place once: what both branches need comes before them.
+#include "float_pairs.clh"
+#include "transfer_matrix.clh"
+#if BTFIELD_FACTOR == 1 || BTFIELD_FACTOR == 2
+#include "hermitian_factor.clh"
+#elif BTFIELD_FACTOR == 0
+#include "general_solve.clh"
+#endif
 #define COEFFICIENTS_OF(part) (coefficients + (size_t)(part) * (count + 2) * D * D)
 
-// Λ_t at (kx, ky…).
-inline void evaluate_lambda(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* lr, REALN* li) {
-    UNROLL
-    for (int e = 0; e < D * D; ++e) {
-        lr[e] = coefficients[count * D * D + e];
-        li[e] = 0.0f;
-    }
-    for (int s = 0; s < count; ++s) {
-        const int2 o = offsets[s];
-        const REALN rc = LOADN(rows + (size_t)(2 * o.x) * pitch + ky);
-        const REALN rs = LOADN(rows + (size_t)(2 * o.x + 1) * pitch + ky);
-        const float2 c = columns[(size_t)o.y * width + kx];
-        // Half the angle, h: u = 1 − exp(2√−1 h) = 2 sin h (sin h − √−1 cos h).
-        const REALN sh = fma(rs, (REALN)(c.x), rc * c.y);
-        const REALN ch = fma(rc, (REALN)(c.x), -rs * c.y);
-        const REALN ur = 2.0f * sh * sh, ui = -2.0f * sh * ch;
-        __global const float* a = coefficients + (size_t)s * D * D;
-        UNROLL
-        for (int e = 0; e < D * D; ++e) {
-            lr[e] = fma((REALN)(a[e]), ur, lr[e]);
-            li[e] = fma((REALN)(a[e]), ui, li[e]);
-        }
-    }
-}
-
+// F_t at (kx, ky…).
+inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+#if BTFIELD_FACTOR == 1 || BTFIELD_FACTOR == 2
+    hermitian_factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
+#else
+    REALN lr[D * D], li[D * D];
+    transfer_matrix(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, lr, li);
+    __global const float* noise = coefficients + (size_t)(count + 1) * D * D;
 #if BTFIELD_FACTOR == 0
-// F_t by elimination with lane-wise row pivoting.
-inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
-    REALN lr[D * D], li[D * D];
-    evaluate_lambda(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, lr, li);
-    __global const float* noise = coefficients + (size_t)(count + 1) * D * D;
-    UNROLL
-    for (int e = 0; e < D * D; ++e) {
-        fr[e] = noise[e];
-        fi[e] = 0.0f;
-    }
-    UNROLL
-    for (int k = 0; k < D; ++k) {
-        // Bring the row of the largest |Λ_pk|² to place k, lane by lane.
-        UNROLL
-        for (int p = k + 1; p < D; ++p) {
-            const REALN here = fma(lr[k * D + k], lr[k * D + k], li[k * D + k] * li[k * D + k]);
-            const REALN there = fma(lr[p * D + k], lr[p * D + k], li[p * D + k] * li[p * D + k]);
-            const INTN swap = MASK(there > here);
-            UNROLL
-            for (int j = 0; j < D; ++j) {
-                REALN x, y;
-                if (j >= k) {
-                    x = lr[k * D + j], y = lr[p * D + j];
-                    lr[k * D + j] = choose(swap, y, x), lr[p * D + j] = choose(swap, x, y);
-                    x = li[k * D + j], y = li[p * D + j];
-                    li[k * D + j] = choose(swap, y, x), li[p * D + j] = choose(swap, x, y);
-                }
-                x = fr[k * D + j], y = fr[p * D + j];
-                fr[k * D + j] = choose(swap, y, x), fr[p * D + j] = choose(swap, x, y);
-                x = fi[k * D + j], y = fi[p * D + j];
-                fi[k * D + j] = choose(swap, y, x), fi[p * D + j] = choose(swap, x, y);
-            }
-        }
-        // Divide row k by its pivot.
-        const REALN pr = lr[k * D + k], pi = li[k * D + k];
-        const REALN inverse = 1.0f / fma(pr, pr, pi * pi);
-        const REALN qr = pr * inverse, qi = -pi * inverse;
-        UNROLL
-        for (int j = 0; j < D; ++j) {
-            REALN x, y;
-            if (j > k) {
-                x = lr[k * D + j], y = li[k * D + j];
-                lr[k * D + j] = fma(x, qr, -y * qi), li[k * D + j] = fma(x, qi, y * qr);
-            }
-            x = fr[k * D + j], y = fi[k * D + j];
-            fr[k * D + j] = fma(x, qr, -y * qi), fi[k * D + j] = fma(x, qi, y * qr);
-        }
-        // Clear column k in every other row.
-        UNROLL
-        for (int p = 0; p < D; ++p) {
-            if (p == k) continue;
-            const REALN mr = lr[p * D + k], mi = li[p * D + k];
-            UNROLL
-            for (int j = 0; j < D; ++j) {
-                if (j > k) {
-                    const REALN x = lr[k * D + j], y = li[k * D + j];
-                    lr[p * D + j] = fma(-mr, x, fma(mi, y, lr[p * D + j]));
-                    li[p * D + j] = fma(-mr, y, fma(-mi, x, li[p * D + j]));
-                }
-                const REALN x = fr[k * D + j], y = fi[k * D + j];
-                fr[p * D + j] = fma(-mr, x, fma(mi, y, fr[p * D + j]));
-                fi[p * D + j] = fma(-mr, y, fma(-mi, x, fi[p * D + j]));
-            }
-        }
-    }
-}
-
-#elif BTFIELD_FACTOR == 1
-// F_t as a product.
-inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
-    REALN lr[D * D], li[D * D];
-    evaluate_lambda(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, lr, li);
-    __global const float* noise = coefficients + (size_t)(count + 1) * D * D;
+    general_solve(lr, li, noise, fr, fi);
+#else
     UNROLL
     for (int i = 0; i < D; ++i) {
         UNROLL
@@ -153,6 +66,8 @@ inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN
             fi[i * D + k] = im;
         }
     }
+#endif
+#endif
 }
 #endif
 

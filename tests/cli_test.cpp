@@ -478,7 +478,7 @@ TEST(Cli, BadModels) {
     put_model(folder / "good.btfm");
     const std::string text = to_json(test::example_model());
     json value = json::parse(text);
-    value["levels"][0]["coefficients"].erase(0);
+    value["levels"][0]["models"][0]["coefficients"].erase(0);
     put_bytes(folder / "count.json", value.dump());
     value = json::parse(text);
     value["version"] = {2, 0};

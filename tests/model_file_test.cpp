@@ -37,6 +37,15 @@ void expect_bits(const std::vector<double>& a, const std::vector<double>& b) {
     for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(bits(a[i]), bits(b[i])) << i;
 }
 
+void expect_same(const LinearField& f, const LinearField& g) {
+    EXPECT_EQ(f.planes, g.planes);
+    EXPECT_EQ(f.kind, g.kind);
+    EXPECT_EQ(f.offsets, g.offsets);
+    expect_bits(f.coefficients, g.coefficients);
+    EXPECT_EQ(f.active, g.active);
+    expect_bits(f.noise_covariance, g.noise_covariance);
+}
+
 void expect_same(const TextureModel& a, const TextureModel& b) {
     EXPECT_EQ(a.kind, b.kind);
     EXPECT_EQ(a.size, b.size);
@@ -45,22 +54,28 @@ void expect_same(const TextureModel& a, const TextureModel& b) {
     EXPECT_EQ(a.factor, b.factor);
     EXPECT_EQ(a.noise, b.noise);
     expect_bits(a.mean, b.mean);
+    EXPECT_EQ(a.basis.planes, b.basis.planes);
+    EXPECT_EQ(a.basis.rank, b.basis.rank);
+    expect_bits(a.basis.matrix, b.basis.matrix);
+    expect_bits(a.basis.mean, b.basis.mean);
+    ASSERT_EQ(a.marginals.size(), b.marginals.size());
+    for (std::size_t i = 0; i < a.marginals.size(); ++i)
+        expect_bits(a.marginals[i].values, b.marginals[i].values);
+    expect_bits(a.whitening, b.whitening);
     EXPECT_EQ(a.provenance.source, b.provenance.source);
     EXPECT_EQ(a.provenance.type, b.provenance.type);
     EXPECT_EQ(a.provenance.picture_bytes, b.provenance.picture_bytes);
     EXPECT_EQ(a.provenance.software, b.provenance.software);
+    EXPECT_EQ(a.provenance.reasons, b.provenance.reasons);
     ASSERT_EQ(a.levels.size(), b.levels.size());
     for (std::size_t k = 0; k < a.levels.size(); ++k) {
         const LevelModel &p = a.levels[k], &q = b.levels[k];
-        const LinearField &f = linear_field(p.models.front()), &g = linear_field(q.models.front());
         EXPECT_EQ(p.size, q.size);
-        EXPECT_EQ(p.models.front().index(), q.models.front().index());
-        EXPECT_EQ(f.planes, g.planes);
-        EXPECT_EQ(f.kind, g.kind);
-        EXPECT_EQ(f.offsets, g.offsets);
-        expect_bits(f.coefficients, g.coefficients);
-        EXPECT_EQ(f.active, g.active);
-        expect_bits(f.noise_covariance, g.noise_covariance);
+        ASSERT_EQ(p.models.size(), q.models.size());
+        for (std::size_t m = 0; m < p.models.size(); ++m) {
+            EXPECT_EQ(p.models[m].index(), q.models[m].index());
+            expect_same(linear_field(p.models[m]), linear_field(q.models[m]));
+        }
         EXPECT_EQ(bits(p.gain), bits(q.gain));
         EXPECT_EQ(p.estimator, q.estimator);
         EXPECT_EQ(p.iterations, q.iterations);
@@ -114,6 +129,44 @@ TEST(ModelFile, RoundTripsBitForBit) {
             expect_same(read_model(folder / file), model);
         }
         expect_same(from_json(to_json(model)), model);
+    }
+}
+
+TEST(ModelFile, RoundTripsEveryKindWithAndWithoutMarginals) {
+    const TemporaryFolder folder;
+    for (const ModelKind kind : model_kinds()) {
+        for (const bool marginals : {false, true}) {
+            const TextureModel model = example_model(kind, 3, 2, NoiseForm::full, false, marginals);
+            write_model(folder / "m.btfm", model);
+            expect_same(read_model(folder / "m.btfm"), model);
+            expect_same(from_json(to_json(model)), model);
+        }
+    }
+}
+
+TEST(ModelFile, RefusesBasesAndMarginalsThatAreNone) {
+    const json good = json::parse(to_json(example_model(ModelKind::car2d, 3, 1, NoiseForm::full, false, true)));
+    const auto spoilt = [&](const std::function<void(json&)>& spoil) {
+        json value = good;
+        spoil(value);
+        return complaint(value.dump());
+    };
+    EXPECT_EQ(spoilt([](json&) {}), "");
+    EXPECT_NE(spoilt([](json& v) { v["basis"] = "none"; }), "");
+    EXPECT_NE(spoilt([](json& v) { v["basis"][0][0] = 2.0; }).find("orthonormal"), std::string::npos);
+    EXPECT_NE(spoilt([](json& v) { v["basis"][0].push_back(0.0); }).find("another length"), std::string::npos);
+    EXPECT_NE(spoilt([](json& v) { v["basis"].erase(2); }), "");
+    EXPECT_NE(spoilt([](json& v) { v["marginals"].erase(2); }).find("marginals"), std::string::npos);
+    EXPECT_NE(spoilt([](json& v) { v["marginals"][1][0] = 9.0; }).find("decrease"), std::string::npos);
+    EXPECT_NE(spoilt([](json& v) { v["whitening"].push_back(1.0); }).find("whitening"), std::string::npos);
+    EXPECT_NE(spoilt([](json& v) { v["levels"][0]["models"].erase(1); }).find("models"), std::string::npos);
+}
+
+TEST(ModelFile, RefusesCoefficientsThatAreNotMarkov) {
+    for (const ModelKind kind : {ModelKind::mmrf3d, ModelKind::pmrf3d}) {
+        json value = json::parse(to_json(example_model(kind)));
+        value["levels"][0]["models"][0]["coefficients"][1] = 0.01;
+        expect_refused(value.dump(), "Markov");
     }
 }
 
@@ -288,12 +341,14 @@ TEST(ModelFile, NewerVersions) {
     expect_refused(value.dump(), "added");
 }
 
-TEST(ModelFile, StationsThatAreNotThereYet) {
+TEST(ModelFile, StationsThatAreNotKnown) {
     for (const char* key : {"basis", "marginals"}) {
         json value = example_json();
         ASSERT_EQ(value[key], "none");
-        value[key] = {{"knots", {1, 2, 3}}};
+        value[key] = "wavelets";
         expect_refused(value.dump(), "newer btfield");
+        value[key] = {{"knots", {1, 2, 3}}};
+        expect_refused(value.dump(), "is not an array");
     }
 }
 
@@ -320,7 +375,7 @@ TEST(ModelFile, EveryKeyIsNeeded) {
         EXPECT_NE(complaint(value.dump()), "");
         ++keys;
     });
-    EXPECT_EQ(keys, 13U + 4U + 2U * (10U + 4U));  // top, provenance, levels with certificates
+    EXPECT_EQ(keys, 13U + 5U + 2U * (7U + 4U + 4U));  // top, provenance, levels with models and certificates
 }
 
 TEST(ModelFile, EveryTypeIsChecked) {
@@ -343,7 +398,7 @@ TEST(ModelFile, EveryTypeIsChecked) {
 
 TEST(ModelFile, RefusesUnknownNames) {
     for (const char* path : {"/format", "/model", "/colour_space", "/noise", "/provenance/type",
-                             "/levels/0/neighbourhood", "/levels/1/estimator"}) {
+                             "/levels/0/models/0/neighbourhood", "/levels/1/estimator"}) {
         json value = example_json();
         value.at(json::json_pointer(path)) = "never\nheard\x1b[31m of";
         const std::string message = complaint(value.dump());
@@ -381,8 +436,8 @@ TEST(ModelFile, RefusesWrongNumbers) {
     spoil("/levels/1/offsets/2", {-1, 0, 0}, "two numbers");
     spoil("/levels/1/offsets/2", {-3000000000, 0}, "range");
     spoil("/levels/1/coefficients", json::array({1.0}), "coefficients");
-    spoil("/levels/0/noise_covariance/0", 0, "positive");
-    spoil("/levels/0/noise_covariance/1", 1, "symmetric");
+    spoil("/levels/0/models/0/noise_covariance/0", 0, "positive");
+    spoil("/levels/0/models/0/noise_covariance/1", 1, "symmetric");
     spoil("/levels/0/log_likelihood", nullptr, "log-likelihood");
     spoil("/levels/0/certificate/min_singular", nullptr, "singular");
     spoil("/levels/0/certificate/zeros", -1, "zeros");
@@ -390,10 +445,10 @@ TEST(ModelFile, RefusesWrongNumbers) {
     json per_pair = json::parse(to_json(example_model(ModelKind::car3d, 2, 1, NoiseForm::full, true)));
     for (const json& wrong : {json::array(), json(nullptr), json::array({1}), json(1)}) {
         json value = per_pair;
-        value["levels"][0]["active"] = wrong;
+        value["levels"][0]["models"][0]["active"] = wrong;
         expect_refused(value.dump(), "active");
     }
-    per_pair["levels"][0]["active"][0] = 2;
+    per_pair["levels"][0]["models"][0]["active"][0] = 2;
     expect_refused(per_pair.dump(), "active[0]");
 }
 

@@ -370,6 +370,7 @@ TEST_P(SynthesisOfPictures, KeepsDeviationAndCovariance) {
     FitOptions options;
     options.order = GetParam().order;
     options.levels = GetParam().levels;
+    options.marginals = MarginalMode::none;
     const TextureModel model = fit(device, picture, options);
     ASSERT_TRUE(is_valid(model));
     const Size size{512, 512};

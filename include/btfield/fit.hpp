@@ -48,6 +48,19 @@ struct BayesPrior {
     double beta0 = 2.0;  ///< β(0) > 1, degrees of freedom of the prior on Σ
 };
 
+/// Which pixels are significant: those above ξ with neighbours below it.
+enum class SignificanceRule {
+    p4,  ///< at least one of the two row neighbours and at least one of the two column neighbours (P4 2.3)
+    p1,  ///< at least one of the four (P1 2.3)
+};
+
+struct MaOptions {
+    /// ξ, in standard deviations of the plane above its mean. Towards 0 the kernel gets narrower and
+    /// noisier, beyond 1 it approaches the covariance itself, which is too wide for an impulse response.
+    double threshold = 0.5;
+    SignificanceRule rule = SignificanceRule::p4;
+};
+
 struct FitOptions {
     ModelKind model = ModelKind::car3d;
     int order = 5;
@@ -66,6 +79,7 @@ struct FitOptions {
     GainMode gains = GainMode::match;
     MarginalMode marginals = MarginalMode::match;
     BayesPrior prior;
+    MaOptions moving_average;
     /// Called with stage names ("planes", "pyramid", "lag covariances", "fit", "gains") and the seconds each
     /// took; those of a level come once per level.
     std::function<void(std::string_view stage, double seconds)> progress;

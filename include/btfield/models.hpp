@@ -131,6 +131,10 @@ struct TextureModel {
     /// Of T (Y − μ), one per row of T: the levels model these planes mapped to standard normal ones. Empty
     /// where values are modelled as they are.
     std::vector<Marginal> marginals;
+    /// M, r × r row-major, symmetric, of models with marginals: M x is what the marginals map, x what the
+    /// levels add up to. It makes variances 1 and correlations 0 at lag 0, as the picture's own planes T (Y −
+    /// μ) have them, whatever the levels left of these: histograms and spectral covariance are the picture's.
+    std::vector<double> whitening;
     std::vector<LevelModel> levels;  ///< finest first; the last one is the Gaussian level
     Provenance provenance;
 };

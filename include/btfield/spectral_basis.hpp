@@ -11,13 +11,13 @@
 
 namespace btfield {
 
-/// Orthonormal basis of the spectral directions in which a picture varies: eigenplanes m = T (y − μ) and back,
-/// y = Tᵀ m + μ. Eigenplanes have mean 0, no correlation at lag 0, and descending variance.
+/// Orthonormal basis of the spectral directions in which a picture varies: eigenplanes m = T (y − μ) and
+/// back, y = Tᵀ m + μ. Eigenplanes have mean 0, no correlation at lag 0, and descending variance.
 struct SpectralBasis {
     int planes = 0;  ///< d, of the picture
-    /// r <= d, of the eigenplanes. Smaller than d where planes repeat each other, are combinations of others or
-    /// are constant (a grey picture stored as RGB: 1): directions without variance have no eigenplane, and come
-    /// back with the mean alone.
+    /// r <= d, of the eigenplanes. Smaller than d where planes repeat each other, are combinations of others
+    /// or are constant (a grey picture stored as RGB: 1): directions without variance have no eigenplane, and
+    /// come back with the mean alone.
     int rank = 0;
     std::vector<double> matrix;  ///< T, r × d row-major; rows are orthonormal eigenvectors of the covariance
     std::vector<double> mean;    ///< μ, d values
@@ -27,9 +27,9 @@ struct SpectralBasis {
 /// 1e-14 in planes that are combinations of others.
 inline constexpr double smallest_relative_variance = 1e-12;
 
-/// The basis of a picture, in float64: T diagonalises Σ_Y = E[(Y − μ)(Y − μ)ᵀ]. Each eigenvector's component of
-/// largest magnitude is positive, the first of equals, so that a fit is reproducible.
-/// \throws InputError when the picture is empty, constant, or holds a NaN or infinity
+/// The basis of a picture, in float64: T diagonalises Σ_Y = E[(Y − μ)(Y − μ)ᵀ]. Each eigenvector's component
+/// of largest magnitude is positive, the first of equals, so that a fit is reproducible. \throws InputError
+/// when the picture is empty, constant, or holds a NaN or infinity
 [[nodiscard]] SpectralBasis spectral_basis(const Image& image);
 
 /// T (Y − μ), float64 arithmetic stored as float32: r eigenplanes, colour space `unspecified`.
@@ -47,9 +47,11 @@ inline constexpr double smallest_relative_variance = 1e-12;
 /// Tᵀ C(s) T of covariances [lag][i][j], r × r a lag → d × d a lag: those of the picture from those of its
 /// eigenplanes.
 /// \throws InputError when the number of values is not a multiple of r²
-[[nodiscard]] std::vector<double> turned_back(const SpectralBasis& basis, std::span<const double> covariances);
+[[nodiscard]] std::vector<double> turned_back(const SpectralBasis& basis,
+                                              std::span<const double> covariances);
 
-/// \throws InputError naming the first defect: sizes that disagree, numbers that are not finite, rows that are not
+/// \throws InputError naming the first defect: sizes that disagree, numbers that are not finite, rows that
+/// are not
 ///         orthonormal to 1e-9.
 void check(const SpectralBasis& basis);
 

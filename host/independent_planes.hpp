@@ -1,0 +1,20 @@
+#pragma once
+
+// What the kernels that work in the picture's own domain need of a linear field.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "btfield/models.hpp"
+
+namespace btfield {
+
+/// Lower triangular L with L Lᵀ = Σ and a diagonal that is not negative; Σ may be singular.
+/// \throws InputError when Σ has an eigenvalue below −1e-9 of its largest
+[[nodiscard]] Eigen::MatrixXd noise_root(const LinearField& field);
+
+/// The fields of one plane each that a 2D model consists of, where no coefficient and no noise couples two
+/// planes; else the field as it is.
+[[nodiscard]] std::vector<LinearField> independent_planes(const LinearField& field);
+
+}  // namespace btfield

@@ -1,0 +1,62 @@
+#pragma once
+
+// A matrix polynomial B_t = Σ_s b_s e^{iω_t s} on a square grid of frequencies, its inverse, and means of
+// products of entries of the inverse times e^{iω u}: what the likelihood of an MSAR model is made of (MODELS
+// section 10).
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "btfield/neighbourhood.hpp"
+
+namespace btfield {
+
+class InverseSpectrum {
+  public:
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+    /// \param terms where b_s is; distinct
+    /// \param side  even; frequencies are ω = 2π (m, n) / side. Half of them are visited: B_{−t} = conj B_t.
+    InverseSpectrum(int planes, std::vector<Offset> terms, int side);
+
+    [[nodiscard]] int side() const { return side_; }
+
+    struct Value {
+        double log_determinant = 0.0;  ///< mean_t ln |det B_t|; not finite when some B_t is singular
+        Eigen::VectorXd variance;      ///< diagonal of P = mean_t B_t⁻¹ B_t⁻ᴴ
+        bool positive = true;          ///< Re det B_t > 0 everywhere
+    };
+    /// Evaluates B and keeps B⁻¹. \param b entry (i, j) of b_s at [(s·d + i)·d + j]
+    Value evaluate(const Eigen::VectorXd& b);
+
+    /// Fills complex fields of one row of frequencies from B⁻¹ there: rows 2k and 2k + 1 are the real and
+    /// imaginary parts of field k along ω2. B⁻¹ has entry (i, j) as field i·d + j.
+    using Fill = std::function<void(const RowMajor& inverse, RowMajor& fields)>;
+    /// mean_t Re(f_k(ω_t) e^{iω_t u}) at [u][k], lags of the box in raster order; the fields have f(−ω) =
+    /// conj f(ω). Called after evaluate(), from several threads at a time.
+    [[nodiscard]] RowMajor moments(Eigen::Index fields, Offset box, const Fill& fill) const;
+
+  private:
+    struct Partial;
+    void evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& values, Partial& sums);
+
+    int planes_, side_;
+    std::vector<Offset> terms_;
+    std::vector<int> columns_;         ///< distinct s2
+    std::vector<Eigen::Index> place_;  ///< of each term's s2 among them
+    RowMajor waves_;                   ///< cos, then sin of s2 ω2, [distinct s2][n]
+    std::vector<RowMajor> inverse_;    ///< per row m = 0 … side/2
+};
+
+/// c = a b of complex lanes.
+inline void multiply_lanes(const double* a, const double* a_imaginary, const double* b,
+                           const double* b_imaginary, double* c, double* c_imaginary, Eigen::Index count) {
+    for (Eigen::Index n = 0; n < count; ++n) {
+        const double re = a[n] * b[n] - a_imaginary[n] * b_imaginary[n];
+        c_imaginary[n] = a[n] * b_imaginary[n] + a_imaginary[n] * b[n];
+        c[n] = re;
+    }
+}
+
+}  // namespace btfield

@@ -1,0 +1,534 @@
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "host/folded_periodogram.hpp"
+#include "host/least_squares.hpp"
+#include "host/mrf_lattice.hpp"
+#include "host/mrf_likelihood.hpp"
+#include "host/mrf_unknowns.hpp"
+#include "host/parallel.hpp"
+#include "host/positive_everywhere.hpp"
+
+namespace btfield {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using std::size_t;
+using RowMajor = LagTransform::RowMajor;
+
+/// a b, a the same for every lane.
+LaneMatrix product(const MatrixXd& a, const LaneMatrix& b) {
+    const int d = b.planes();
+    LaneMatrix c(d, b.lanes());
+    for (int i = 0; i < d; ++i) {
+        for (int k = 0; k < d; ++k) {
+            if (a(i, k) == 0.0) continue;
+            for (int j = 0; j < d; ++j) {
+                const double* const from = b.real(k, j);
+                double* const to = c.real(i, j);
+                // Real and imaginary parts follow each other.
+                for (size_t n = 0; n < 2 * b.lanes(); ++n) to[n] += a(i, k) * from[n];
+            }
+        }
+    }
+    return c;
+}
+
+void add(LaneMatrix& a, const LaneMatrix& b, double scale) {
+    const auto d = static_cast<size_t>(a.planes());
+    double* const to = a.real(0, 0);
+    const double* const from = b.real(0, 0);
+    for (size_t n = 0; n < 2 * d * d * a.lanes(); ++n) to[n] += scale * from[n];
+}
+
+/// a + aᴴ
+LaneMatrix twice_hermitian_part(const LaneMatrix& a) {
+    LaneMatrix result = adjoint(a);
+    add(result, a, 1.0);
+    return result;
+}
+
+/// result += scale · (column k of a) (row l of b)
+void add_outer(const LaneMatrix& a, int k, const LaneMatrix& b, int l, double scale, LaneMatrix& result) {
+    const int d = a.planes();
+    for (int i = 0; i < d; ++i) {
+        const double* const ar = a.real(i, k);
+        const double* const ai = a.imaginary(i, k);
+        for (int j = 0; j < d; ++j) {
+            const double* const br = b.real(l, j);
+            const double* const bi = b.imaginary(l, j);
+            double* const re = result.real(i, j);
+            double* const im = result.imaginary(i, j);
+            for (size_t n = 0; n < a.lanes(); ++n) {
+                re[n] += scale * (ar[n] * br[n] - ai[n] * bi[n]);
+                im[n] += scale * (ar[n] * bi[n] + ai[n] * br[n]);
+            }
+        }
+    }
+}
+
+/// The unknowns: Λ, whose constant is the identity, and B = Σ^{−1/2}.
+struct Point {
+    HermitianPolynomial lambda;
+    MatrixXd root;  ///< B
+};
+
+class Whittle {
+  public:
+    Whittle(const HalfSupport& support, const std::vector<std::uint8_t>& active, int planes, bool full,
+            const FrequencyGrid& cells, std::vector<LaneMatrix> periodogram)
+        : planes_(planes),
+          unknowns_(mrf_unknowns(support, planes, active, ConstantForm::none)),
+          roots_(mrf_unknowns({}, planes, {}, full ? ConstantForm::full : ConstantForm::diagonal)),
+          pairs_(planes),
+          reach_(support.reach),
+          cells_(cells),
+          periodogram_(std::move(periodogram)),
+          waves_(cells_.column, reach_.column),
+          lags_(cells_, reach_),
+          twice_(cells_, {2 * reach_.row, 2 * reach_.column}) {}
+
+    [[nodiscard]] VectorXd vector(const Point& point) const {
+        VectorXd x(lags() + roots());
+        x.head(lags()) = collect(unknowns_, point.lambda);
+        for (Index k = 0; k < roots(); ++k) x[lags() + k] = point.root(root(k).i, root(k).j);
+        return x;
+    }
+    [[nodiscard]] Point point(const VectorXd& x, const Point& like) const {
+        Point p = like;
+        assign(unknowns_, x.head(lags()), p.lambda);
+        for (Index k = 0; k < roots(); ++k) {
+            p.root(root(k).i, root(k).j) = x[lags() + k];
+            p.root(root(k).j, root(k).i) = x[lags() + k];
+        }
+        return p;
+    }
+    [[nodiscard]] Offset reach() const { return reach_; }
+    [[nodiscard]] Index lags() const { return static_cast<Index>(unknowns_.size()); }
+    [[nodiscard]] Index roots() const { return static_cast<Index>(roots_.size()); }
+
+    /// Nothing where Λ or B is not positive definite.
+    [[nodiscard]] std::optional<double> value(const Point& p, const Lattice& lattice) const {
+        const Eigen::LLT<MatrixXd> factor(p.root);
+        if (factor.info() != Eigen::Success) return std::nullopt;
+        const RowBlocks blocks(cell_rows());
+        std::vector<double> sums(static_cast<size_t>(blocks.count));
+        const bool positive =
+            sweep(p.lambda, cells_, waves_, true,
+                  [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda, double) {
+                      const LaneMatrix x = product(p.root, lambda);
+                      const LaneMatrix wi = btfield::product(btfield::product(inverse, x), periodogram_[m]);
+                      double sum = 0.0;  // Re tr(Xᴴ W I), X = B Λ
+                      for (int i = 0; i < planes_; ++i) {
+                          for (int j = 0; j < planes_; ++j) {
+                              const double* const ar = x.real(i, j);
+                              const double* const ai = x.imaginary(i, j);
+                              const double* const br = wi.real(i, j);
+                              const double* const bi = wi.imaginary(i, j);
+                              for (size_t n = 0; n < x.lanes(); ++n)
+                                  sum += cells_.column_weight[n] * (ar[n] * br[n] + ai[n] * bi[n]);
+                          }
+                      }
+                      sums[static_cast<size_t>(block)] += cells_.row_weight[m] * sum;
+                  });
+        if (!positive) return std::nullopt;
+        const RowBlocks others(lattice.rows());
+        std::vector<double> logarithms(static_cast<size_t>(others.count));
+        const bool everywhere = sweep(p.lambda, lattice.grid, lattice.waves, false,
+                                      [&](int block, size_t, const LaneMatrix&, const LaneMatrix&,
+                                          double mean) { logarithms[static_cast<size_t>(block)] += mean; });
+        if (!everywhere) return std::nullopt;
+        const MatrixXd lower = factor.matrixL();
+        double f = -4.0 * lower.diagonal().array().log().sum();
+        for (const double sum : sums) f += sum;
+        for (const double sum : logarithms) f -= sum;
+        return f;
+    }
+
+    struct Derivatives {
+        VectorXd gradient;
+        MatrixXd hessian;  ///< its mixed block is to be scaled by the caller
+    };
+    [[nodiscard]] Derivatives derivatives(const Point& p, const Lattice& lattice) const {
+        const auto count = static_cast<Index>(pairs_.pairs().size());
+        const Index triangle = Index{planes_} * (planes_ + 1) / 2;
+        const RowBlocks blocks(cell_rows());
+        const auto parts = static_cast<size_t>(blocks.count);
+        // K, then the K of every derivative by B; 2 Re W I Λ; Φ of Λ, and of B.
+        std::vector<RowMajor> first(parts, lags_.zero(triangle * (1 + roots())));
+        std::vector<RowMajor> root_first(parts, lags_.zero(triangle));
+        std::vector<RowMajor> second(parts, twice_.zero(count)), root_second(parts, twice_.zero(count));
+        const MatrixXd& b = p.root;
+        sweep(p.lambda, cells_, waves_, true,
+              [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda, double) {
+                  const auto place = static_cast<size_t>(block);
+                  const LaneMatrix& data = periodogram_[m];
+                  const LaneMatrix bl = product(b, l), lb = adjoint(bl),
+                                   blb = btfield::product(bl, constant(b));
+                  const LaneMatrix w = btfield::product(lb, lambda);
+                  const LaneMatrix wi = btfield::product(w, data), iw = adjoint(wi);
+                  const LaneMatrix wiw = btfield::product(wi, adjoint(w));
+                  const LaneMatrix il = btfield::product(data, lambda), lil = btfield::product(lambda, il);
+                  const LaneMatrix wil = btfield::product(wi, lambda);
+
+                  RowMajor rows((1 + roots()) * 2 * triangle, static_cast<Index>(cells_.column.size())), part;
+                  LaneMatrix k = twice_hermitian_part(product(b, wi));
+                  add(k, wiw, -1.0);
+                  lower_triangle(k, part);
+                  rows.topRows(2 * triangle) = part;
+                  for (Index r = 0; r < roots(); ++r) {
+                      LaneMatrix z(planes_, data.lanes());
+                      const int i = root(r).i, j = root(r).j;
+                      for (int turn = 0; turn < (i == j ? 1 : 2); ++turn) {
+                          const int from = turn == 0 ? i : j, to = turn == 0 ? j : i;  // F = e_from e_toᵀ
+                          add_row(wi, to, from, z);
+                          add_outer(wil, from, l, to, -1.0, z);
+                          add_outer(il, from, lb, to, 1.0, z);
+                      }
+                      lower_triangle(twice_hermitian_part(z), part);
+                      rows.middleRows(2 * triangle * (1 + r), 2 * triangle) = part;
+                  }
+                  lags_.add(m, rows, first[place]);
+                  lower_triangle(twice_hermitian_part(wil), part);
+                  lags_.add(m, part, root_first[place]);
+
+                  RowMajor products = RowMajor::Zero(2 * count, static_cast<Index>(cells_.column.size()));
+                  const auto both = [&](const LaneMatrix& x, const LaneMatrix& y, double scale) {
+                      pairs_.add_products(x, y, scale, products);
+                      pairs_.add_products(y, x, scale, products);
+                  };
+                  both(blb, data, 1.0);
+                  both(bl, wi, -1.0);
+                  both(lb, iw, -1.0);
+                  both(l, wiw, 1.0);
+                  twice_.add(m, products, second[place]);
+                  products.setZero();
+                  both(l, lil, 1.0);
+                  twice_.add(m, products, root_second[place]);
+              });
+        const RowBlocks others(lattice.rows());
+        std::vector<RowMajor> barrier(static_cast<size_t>(others.count), lattice.lags.zero(triangle));
+        std::vector<RowMajor> barrier_second(static_cast<size_t>(others.count), lattice.twice.zero(count));
+        sweep(p.lambda, lattice.grid, lattice.waves, true,
+              [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix&, double) {
+                  RowMajor rows;
+                  lower_triangle(l, rows);
+                  lattice.lags.add(m, rows, barrier[static_cast<size_t>(block)]);
+                  rows.setZero(2 * count, static_cast<Index>(lattice.columns()));
+                  pairs_.add_products(l, l, 1.0, rows);
+                  lattice.twice.add(m, rows, barrier_second[static_cast<size_t>(block)]);
+              });
+
+        const RowMajor moments = sum_of(first);
+        const Index width = triangle * lags_.columns();
+        const MatrixXd inverse = b.inverse();
+        Derivatives result{VectorXd(lags() + roots()), MatrixXd(lags() + roots(), lags() + roots())};
+        result.gradient.head(lags()) = traces(unknowns_, lags_, moments.leftCols(width)) -
+                                       traces(unknowns_, lattice.lags, sum_of(barrier));
+        result.gradient.tail(roots()) = traces(roots_, lags_, sum_of(root_first));
+        result.hessian.topLeftCorner(lags(), lags()) =
+            second_traces(unknowns_, pairs_, twice_, sum_of(second)) +
+            second_traces(unknowns_, pairs_, lattice.twice, sum_of(barrier_second));
+        result.hessian.bottomRightCorner(roots(), roots()) =
+            second_traces(roots_, pairs_, twice_, sum_of(root_second));
+        for (Index r = 0; r < roots(); ++r) {
+            const MatrixXd change = inverse * elementary(r) * inverse;
+            result.gradient[lags() + r] -= 2.0 * (inverse * elementary(r)).trace();
+            for (Index q = 0; q < roots(); ++q)
+                result.hessian(lags() + r, lags() + q) += 2.0 * (change * elementary(q)).trace();
+            const VectorXd mixed = traces(unknowns_, lags_, moments.middleCols(width * (1 + r), width));
+            result.hessian.block(0, lags() + r, lags(), 1) = mixed;
+            result.hessian.block(lags() + r, 0, 1, lags()) = mixed.transpose();
+        }
+        return result;
+    }
+    /// mean_t Λ⁻¹ R Λ R Λ⁻¹
+    [[nodiscard]] MatrixXd covariance(const Point& p, const Lattice& lattice) const {
+        const Index triangle = Index{planes_} * (planes_ + 1) / 2;
+        const MatrixXd noise_root = p.root.inverse();
+        std::vector<RowMajor> sums(static_cast<size_t>(RowBlocks(lattice.rows()).count),
+                                   lattice.lags.zero(triangle));
+        sweep(p.lambda, lattice.grid, lattice.waves, true,
+              [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda, double) {
+                  const LaneMatrix left = adjoint(product(noise_root, l));
+                  RowMajor rows;
+                  lower_triangle(btfield::product(btfield::product(left, lambda), adjoint(left)), rows);
+                  lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+              });
+        const RowMajor total = sum_of(sums);
+        MatrixXd c(planes_, planes_);
+        for (int i = 0; i < planes_; ++i) {
+            for (int j = 0; j <= i; ++j) {
+                c(i, j) = lattice.lags.at(total, Index{i} * (i + 1) / 2 + j, {});
+                c(j, i) = c(i, j);
+            }
+        }
+        return c;
+    }
+
+  private:
+    [[nodiscard]] int cell_rows() const { return static_cast<int>(cells_.row.size()); }
+    [[nodiscard]] const MrfUnknown& root(Index k) const { return roots_[static_cast<size_t>(k)]; }
+    [[nodiscard]] MatrixXd elementary(Index k) const {
+        MatrixXd e = MatrixXd::Zero(planes_, planes_);
+        e(root(k).i, root(k).j) = e(root(k).j, root(k).i) = 1.0;
+        return e;
+    }
+    [[nodiscard]] LaneMatrix constant(const MatrixXd& a) const {
+        LaneMatrix result(planes_, cells_.column.size());
+        for (int i = 0; i < planes_; ++i) {
+            for (int j = 0; j < planes_; ++j) std::fill_n(result.real(i, j), result.lanes(), a(i, j));
+        }
+        return result;
+    }
+    /// Row `to` of z += row `from` of a: z + e_to e_fromᵀ a.
+    static void add_row(const LaneMatrix& a, int from, int to, LaneMatrix& z) {
+        for (int j = 0; j < a.planes(); ++j) {
+            const double* const source = a.real(from, j);
+            double* const goal = z.real(to, j);
+            for (size_t n = 0; n < 2 * a.lanes(); ++n) goal[n] += source[n];
+        }
+    }
+    /// Calls visit(block, m, Λ⁻¹ or rubbish, Λ, the row's share of mean ln det Λ); false where Λ is not
+    /// positive definite.
+    template <class Visit>
+    bool sweep(const HermitianPolynomial& lambda, const FrequencyGrid& grid, const Waves& waves, bool invert,
+               const Visit& visit) const {
+        const RowBlocks blocks(static_cast<int>(grid.row.size()));
+        std::vector<char> positive(static_cast<size_t>(blocks.count), 1);
+        for_each_block(blocks.count, [&](int block) {
+            LaneMatrix matrix(planes_, grid.column.size());
+            std::vector<double> logarithms(grid.column.size());
+            for (int row = blocks.first(block); row < blocks.last(block); ++row) {
+                const auto m = static_cast<size_t>(row);
+                evaluate(lambda, grid.row[m], waves, matrix);
+                LaneMatrix before;
+                if (invert) {
+                    before = matrix;
+                    before.complete_hermitian();
+                }
+                std::fill(logarithms.begin(), logarithms.end(), 0.0);
+                if (!(invert ? invert_positive(matrix, logarithms.data())
+                             : factorise_positive(matrix, logarithms.data()))) {
+                    positive[static_cast<size_t>(block)] = 0;
+                    return;
+                }
+                double sum = 0.0;
+                for (size_t n = 0; n < logarithms.size(); ++n) sum += grid.column_weight[n] * logarithms[n];
+                visit(block, m, matrix, before, grid.row_weight[m] * sum);
+            }
+        });
+        return std::find(positive.begin(), positive.end(), 0) == positive.end();
+    }
+
+    int planes_;
+    std::vector<MrfUnknown> unknowns_, roots_;
+    PairTable pairs_;
+    Offset reach_;
+    FrequencyGrid cells_;
+    std::vector<LaneMatrix> periodogram_;
+    Waves waves_;
+    LagTransform lags_, twice_;
+};
+
+/// Newton step; the mixed second derivatives count as far as the Hessian stays positive definite.
+VectorXd newton_step(const Whittle::Derivatives& at, Index lags) {
+    const Index roots = at.gradient.size() - lags;
+    const VectorXd scale = at.hessian.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    MatrixXd h = scale.asDiagonal() * at.hessian * scale.asDiagonal();
+    const VectorXd g = scale.asDiagonal() * at.gradient;
+    for (int attempt = 0; attempt < 8; ++attempt) {
+        const Eigen::LLT<MatrixXd> factor(h);
+        if (factor.info() == Eigen::Success) return scale.asDiagonal() * factor.solve(-g);
+        const double less = attempt < 6 ? 0.6 : 0.0;
+        h.topRightCorner(lags, roots) *= less;
+        h.bottomLeftCorner(roots, lags) *= less;
+    }
+    return -(scale.asDiagonal() * g);
+}
+
+struct Descent {
+    Point point;
+    double value = 0.0, start = 0.0, gradient = 0.0;
+    int iterations = 0;
+    bool converged = false;
+};
+
+Descent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodOptions& options) {
+    constexpr GridDensity base = {64, 16, 0, 0};
+    Descent result;
+    result.point = start;
+    std::optional<Lattice> lattice;
+    lattice.emplace(resolving(start.lambda, base), whittle.reach());
+    std::optional<double> value = whittle.value(start, *lattice);
+    if (!value) return result;
+    result.start = *value;
+    while (true) {
+        const GridDensity needed = resolving(result.point.lambda, base);
+        if (needed.row_levels > lattice->density.row_levels ||
+            needed.column_levels > lattice->density.column_levels) {
+            lattice.emplace(needed, whittle.reach());
+            const std::optional<double> again = whittle.value(result.point, *lattice);
+            if (!again) break;
+            value = again;
+        }
+        result.value = *value;
+        const Whittle::Derivatives at = whittle.derivatives(result.point, *lattice);
+        const VectorXd step = newton_step(at, whittle.lags());
+        const double slope = at.gradient.dot(step);
+        // Newton's decrement: how much lower the objective could get.
+        result.gradient = std::sqrt(std::max(0.0, -slope));
+        if (!(slope < 0.0) || result.gradient < 1e-6) {
+            result.converged = std::isfinite(slope);
+            break;
+        }
+        if (result.iterations >= options.max_iterations) break;
+        const VectorXd x = whittle.vector(result.point);
+        double length = 1.0;
+        std::optional<double> next;
+        Point candidate;
+        for (; length > 1e-9; length *= 0.5) {
+            candidate = whittle.point(x + length * step, result.point);
+            next = whittle.value(candidate, *lattice);
+            if (next && *next <= *value + 1e-4 * length * slope) break;
+            next.reset();
+        }
+        if (!next) break;
+        ++result.iterations;
+        // Steps that gain less than any two seeds differ are not worth their time.
+        const bool slow = *value - *next < 1e-9 && result.gradient < 1e-4;
+        result.point = std::move(candidate);
+        value = next;
+        if (slow) {
+            result.value = *value;
+            result.converged = true;
+            break;
+        }
+    }
+    // The start is the same model on the last grid.
+    if (const std::optional<double> there = whittle.value(start, *lattice)) result.start = *there;
+    return result;
+}
+
+}  // namespace
+
+MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodogram& periodogram,
+                             NeighbourhoodKind kind, const std::vector<Offset>& offsets,
+                             const std::vector<std::uint8_t>& active, NoiseForm noise,
+                             const MrfLikelihoodOptions& options) {
+    const char* asked = "maximum-likelihood fit of a pseudo-Markov random field";
+    const int d = statistic.planes();
+    if (d == 1) {
+        MrfLikelihoodFit fit = fit_mmrf_ml(statistic, kind, offsets, active, noise, options);
+        fit.model.form = MrfForm::pmrf;
+        return fit;
+    }
+    const HalfSupport support = half_support(statistic, offsets, active, asked);
+    if (periodogram.rows.empty() || periodogram.rows.front().planes() != d) {
+        throw InputError(asked, "the periodogram is not that of the picture",
+                         "compute both from the same picture");
+    }
+    const bool full = noise == NoiseForm::full;
+    const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
+    const MatrixXd c0 = lag_zero(statistic);
+    MatrixXd turn = MatrixXd::Identity(d, d);
+    if (full && !constrained) turn = Eigen::SelfAdjointEigenSolver<MatrixXd>(c0).eigenvectors().transpose();
+    const double floor = 1e-8 * (turn * c0 * turn.transpose()).diagonal().maxCoeff();
+
+    // Independent planes.
+    Point start{{MatrixXd::Identity(d, d), support.offsets, {}}, MatrixXd::Zero(d, d)};
+    start.lambda.terms.assign(support.offsets.size(), MatrixXd::Zero(d, d));
+    MrfLikelihoodFit fit;
+    fit.converged = true;
+    for (int i = 0; i < d; ++i) {
+        LagCovariance plane(1, statistic.size(), support.reach);
+        std::vector<std::uint8_t> own;
+        for (size_t s = 0; s < offsets.size() && constrained; ++s) {
+            own.push_back(
+                active[(s * static_cast<size_t>(d) + static_cast<size_t>(i)) * static_cast<size_t>(d) +
+                       static_cast<size_t>(i)]);
+        }
+        const auto covariance = [&](Offset s) {
+            double sum = 0.0;
+            for (int a = 0; a < d; ++a) {
+                for (int b = 0; b < d; ++b) sum += turn(i, a) * turn(i, b) * statistic(a, b, s);
+            }
+            return sum;
+        };
+        // White noise where a plane repeats others.
+        plane.set(0, 0, {}, std::max(covariance({}), 0.0) + floor);
+        for (const Offset s : support.offsets) plane.set(0, 0, s, covariance(s));
+        const MrfLikelihoodFit one =
+            fit_mmrf_ml(plane, NeighbourhoodKind::custom, offsets, own, NoiseForm::full, options);
+        fit.iterations += one.iterations;
+        fit.penalty = std::max(fit.penalty, one.penalty);
+        fit.converged = fit.converged && one.converged;
+        for (size_t s = 0; s < support.offsets.size(); ++s)
+            start.lambda.terms[s](i, i) = one.model.coefficients[support.position[s]];
+        start.root(i, i) = 1.0 / std::sqrt(one.model.noise_covariance.front());
+    }
+
+    std::vector<LaneMatrix> turned;
+    for (const LaneMatrix& row : periodogram.rows) {
+        LaneMatrix both = adjoint(product(turn, adjoint(product(turn, row))));
+        for (int i = 0; i < d; ++i) {
+            for (size_t n = 0; n < both.lanes(); ++n) both.real(i, i)[n] += floor;
+        }
+        turned.push_back(std::move(both));
+    }
+    const Whittle whittle(support, active, d, full, periodogram.grid, std::move(turned));
+    Descent end = descend(whittle, start, options);
+    PositiveDefiniteness proof = positive_everywhere(end.point.lambda);
+    // Indefinite between the nodes: back towards the start, which is valid.
+    for (int k = 0; k < 30 && !proof.proven; ++k) {
+        end.point = whittle.point(0.5 * (whittle.vector(end.point) + whittle.vector(start)), start);
+        proof = positive_everywhere(end.point.lambda);
+        end.converged = false;
+    }
+    const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());
+    constexpr double none = std::numeric_limits<double>::infinity();
+    fit.objective = whittle.value(end.point, lattice).value_or(none);
+    fit.start_objective = whittle.value(start, lattice).value_or(end.start);
+    if (!(fit.objective <= fit.start_objective)) {
+        end.point = start;
+        end.converged = false;
+        fit.objective = fit.start_objective;
+        proof = positive_everywhere(start.lambda);
+    }
+    fit.iterations += end.iterations;
+    fit.converged = fit.converged && end.converged;
+    fit.gradient = end.gradient;
+    fit.certified = proof.proven;
+    fit.min_eigenvalue = proof.min_eigenvalue;
+    const MatrixXd p0 = turn.transpose() * whittle.covariance(end.point, lattice) * turn;
+    for (int i = 0; i < d; ++i) fit.variance_ratio.push_back(p0(i, i) / c0(i, i));
+
+    const auto block = static_cast<size_t>(d) * static_cast<size_t>(d);
+    MrfModel& model = fit.model;
+    model.form = MrfForm::pmrf;
+    model.planes = d;
+    model.kind = kind;
+    model.offsets = offsets;
+    model.active = active;
+    model.coefficients.resize(offsets.size() * block);
+    for (size_t s = 0; s < support.offsets.size(); ++s) {
+        const MatrixXd a = turn.transpose() * end.point.lambda.terms[s] * turn;
+        Eigen::Map<RowMajor>(model.coefficients.data() + support.position[s] * block, d, d) = a;
+        Eigen::Map<RowMajor>(model.coefficients.data() + support.mirror[s] * block, d, d) = a.transpose();
+    }
+    const MatrixXd root = turn.transpose() * end.point.root.inverse() * turn;
+    const MatrixXd sigma = root * root;
+    model.noise_covariance.resize(block);
+    Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+    return fit;
+}
+
+}  // namespace btfield

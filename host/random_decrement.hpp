@@ -1,0 +1,44 @@
+#pragma once
+
+// Moving-average models, estimated from the picture itself by random decrement (P4 2.3, 2.4; P1 2.3; MODELS
+// section 9).
+
+#include <vector>
+
+#include "btfield/fit.hpp"
+#include "btfield/image.hpp"
+#include "btfield/lag_covariance.hpp"
+#include "btfield/models.hpp"
+
+namespace btfield {
+
+/// Random decrement signature (P4 eq. 15, 17): the mean of y_i(r ⊕ s) − μ_i over the pixels r of the torus
+/// that are significant for (i, j), at [(s·d + i)·d + j]. Significant for (i, j): plane j is above its ξ at
+/// r, plane i is below its own at neighbours of r, as the rule says. So it is the response of plane i to an
+/// impulse in plane j; P4 writes the two indices the other way round. \param statistic of the same level:
+/// means and C(0) set the thresholds \throws InputError naming ξ when no pixel is significant for some pair,
+/// or when it is not a number
+[[nodiscard]] std::vector<double> random_decrement(const Image& level, const LagCovariance& statistic,
+                                                   const std::vector<Offset>& offsets,
+                                                   const MaOptions& options);
+
+/// Moving average of the level: A_s the random decrement signature at the offsets and the centre, Σ_e such
+/// that Σ_s A_s Σ_e A_sᵀ = C(0). Where no positive semidefinite Σ_e does that (or none of the asked form),
+/// the nearest solution with its negative eigenvalues set to 0, and each plane's coefficients scaled such
+/// that its variance is right. \param offsets  where an impulse shows; the centre may be among them and is
+/// added where it is not \throws InputError when ξ leaves no significant pixel, a plane is constant, an
+/// offset is repeated, or
+///         picture and statistic differ in size or planes
+[[nodiscard]] MaModel fit_ma(const Image& level, const LagCovariance& statistic, NeighbourhoodKind kind,
+                             const std::vector<Offset>& offsets, NoiseForm noise,
+                             const MaOptions& options = {});
+
+/// Covariances of a moving average on the infinite lattice: C(u) = Σ_s A_s Σ_e A_{s+u}ᵀ, by C_ij(u) =
+/// E y_i(r) y_j(r + u).
+[[nodiscard]] LagCovariance moving_average_covariance(const LinearField& field, Size lattice, Offset box);
+
+/// The same coefficients at −s: then Σ_s A_s exp(+√−1 ω·s), the sign that Λ has, is the transfer function
+/// B_t = Σ_s A_s exp(−√−1 ω·s) of the moving average, Ỹ_t = B_t Σ_e^{1/2} ε̃_t.
+[[nodiscard]] LinearField transfer_of(const LinearField& moving_average);
+
+}  // namespace btfield

@@ -1,0 +1,91 @@
+#include "host/sar_newton.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <utility>
+
+namespace btfield {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// |H|⁻¹, eigenvalues replaced by their absolute values: saddle points repel.
+class Inverse {
+  public:
+    explicit Inverse(const MatrixXd& hessian) : factor_(hessian) {
+        if (factor_.info() == Eigen::Success) return;
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
+        vectors_ = solver.eigenvectors();
+        values_ = solver.eigenvalues().cwiseAbs().cwiseMax(1e-6);
+    }
+    [[nodiscard]] bool indefinite() const { return values_.size() > 0; }
+    [[nodiscard]] VectorXd apply(const VectorXd& g) const {
+        if (!indefinite()) return factor_.solve(g);
+        return vectors_ * (vectors_.transpose() * g).cwiseQuotient(values_);
+    }
+
+  private:
+    Eigen::LLT<MatrixXd> factor_;
+    MatrixXd vectors_;
+    VectorXd values_;
+};
+
+/// a of the path x + t v + t² a that follows a curved valley: −½ H⁻¹ ∇³f[v, v] (Transtrum and Sethna's
+/// geodesic acceleration), from the gradient a small way along v.
+VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::Derivatives& at,
+              const Inverse& inverse, const VectorXd& step) {
+    constexpr double way = 0.1;
+    if (inverse.indefinite() || !std::isfinite(objective.value(x + way * step)))
+        return VectorXd::Zero(x.size());
+    const auto hessian = at.hessian.selfadjointView<Eigen::Lower>();
+    const VectorXd linear = hessian * step;
+    const VectorXd third = (objective.gradient() - at.gradient - way * linear) / (way * way);
+    VectorXd result = -inverse.apply(third);
+    // Longer than the step itself it tells nothing.
+    const VectorXd along = hessian * result;
+    const double length = result.dot(along), limit = step.dot(linear);
+    if (!(length <= limit)) result *= std::sqrt(limit / length);
+    if (!result.allFinite()) result.setZero();
+    return result;
+}
+
+}  // namespace
+
+Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_steps) {
+    Descent result;
+    result.x = std::move(x);
+    result.value = objective.value(result.x);
+    result.likelihood = objective.likelihood();
+    if (!std::isfinite(result.value)) return result;
+    for (;; ++result.steps) {
+        const SarObjective::Derivatives at = objective.derivatives();
+        result.gradient = at.gradient.cwiseAbs().maxCoeff();
+        const Inverse inverse(at.hessian);
+        const VectorXd step = -inverse.apply(at.gradient);
+        const double slope = at.gradient.dot(step);
+        result.converged = -0.5 * slope <= tolerance;
+        if (result.converged || result.steps >= most_steps || !std::isfinite(slope)) return result;
+        VectorXd curve = VectorXd::Zero(step.size());
+        if (-0.5 * slope > 1e-12) curve = bend(objective, result.x, at, inverse, step);
+        // Differences of f below its own rounding decide nothing.
+        const double rounding = 1e-14 * (1.0 + std::abs(result.value));
+        double length = 1.0, value = 0.0;
+        VectorXd next;
+        for (;; length *= 0.5) {
+            next = result.x + length * step + (length * length) * curve;
+            value = objective.value(next);
+            if (value <= result.value + 1e-4 * length * slope + rounding) break;
+            if (length < 1e-8) {
+                (void)objective.value(result.x);
+                return result;
+            }
+        }
+        result.x = std::move(next);
+        result.value = value;
+        result.likelihood = objective.likelihood();
+    }
+}
+
+}  // namespace btfield
