@@ -185,11 +185,13 @@ TableGrid table_grid(const ExperimentTable& table, std::size_t first, std::size_
     };
     using Colour = ExperimentTable::Colour;
     add("κ(256)", [](const Colour& c) { return kappa_text(c.kappa); });
-    add("κ predicts", [](const Colour& c) { return std::string(c.needs_3d ? "gap" : "no gap"); });
+    add("κ predicts", [](const Colour& c) {
+        return std::string(!std::isfinite(c.kappa) ? "-" : c.needs_3d ? "gap" : "no gap");
+    });
     add("best 2D", [](const Colour& c) { return percent_text(c.best_2d); });
     add("best 3D", [](const Colour& c) { return percent_text(c.best_3d); });
     add("κ was right", [](const Colour& c) {
-        if (!std::isfinite(c.best_2d)) return std::string("-");
+        if (!std::isfinite(c.best_2d) || !std::isfinite(c.kappa)) return std::string("-");
         return std::string(c.needs_3d == c.gap ? "yes" : "no");
     });
     return grid;
