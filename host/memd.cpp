@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/cl/device_impl.hpp"
 #include "host/colour_tree.hpp"
+#include "host/memd_search.hpp"
 
 namespace btfield {
 namespace {
@@ -89,7 +91,10 @@ double memd_max(Metric metric, int planes) {
 class MemdReference::Impl {
   public:
     Impl(Device& device, const Image& a, const MemdOptions& options)
-        : device_(&device.impl()), options_(options), a_(colours_of(a, options.white[0], "A")) {}
+        : device_(&device.impl()),
+          options_(options),
+          a_(colours_of(a, options.white[0], "A")),
+          on_device_(device_->upload(a_.values)) {}
 
     Memd against(const Image& candidate) {
         const auto start = std::chrono::steady_clock::now();
@@ -105,13 +110,11 @@ class MemdReference::Impl {
         const std::size_t count = std::min(a_.pixels(), b.pixels());
         if (options_.local_errors) result.local_errors.assign(a_.pixels(), -1.0F);
         double sum = 0.0;
-        for (std::size_t pixel = 0; pixel < count; ++pixel) {
-            const ColourTree::Hit hit = tree.nearest(a_.at(pixel));
-            tree.take(hit.slot);
-            const double error = local_error(hit.key, options_.metric);
+        take_all(*device_, a_, on_device_, tree, options_.metric, {}, [&](std::size_t pixel, ColourKey key) {
+            const double error = local_error(key, options_.metric);
             sum += error;
             if (options_.local_errors) result.local_errors[pixel] = static_cast<float>(error);
-        }
+        });
         result.memd = sum / static_cast<double>(count);
         result.memd_star = 100.0 * result.memd / memd_max(options_.metric, a_.planes);
         result.search_seconds =
@@ -123,6 +126,7 @@ class MemdReference::Impl {
     Device::Impl* device_;
     MemdOptions options_;
     Colours a_;
+    Buffer on_device_;
 };
 
 MemdReference::MemdReference(Device& device, const Image& a, const MemdOptions& options)

@@ -11,8 +11,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
 
-constexpr int most_levels = 10;  // details of 4^−10, 1e-6
-
 }  // namespace
 
 Reach correlation_reach(const HermitianPolynomial& q) {

@@ -11,6 +11,8 @@
 
 namespace btfield {
 
+inline constexpr int most_levels = 10;  ///< of a grid: details of 4^−10, 1e-6
+
 /// A grid and what depends on it alone.
 struct Lattice {
     GridDensity density;

@@ -221,7 +221,9 @@ TEST(CausalRecursion, StabilityIsThatOfClosedForms) {
         EXPECT_EQ(found.stable, c.along < 1.0 && c.down < 1.0) << found.explanation;
         EXPECT_EQ(found.stable, found.explanation.empty());
         // A maximum is flat: its place is known to the root of the rounding.
-        if (c.offsets.size() == 2) EXPECT_NEAR(found.column_frequency, c.frequency, 1e-6);
+        if (c.offsets.size() == 2) {
+            EXPECT_NEAR(found.column_frequency, c.frequency, 1e-6);
+        }
     }
     EXPECT_FALSE(recursion_stability(scalar_field({{0, -1}}, {1.01})).stable);
     EXPECT_FALSE(recursion_stability(scalar_field({{0, -1}, {0, -2}}, {1.0, 0.01})).stable);

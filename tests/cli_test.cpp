@@ -114,9 +114,10 @@ TEST(Cli, HelpHasExamplesAndEveryPromisedOption) {
         {{}, {"devices", "fit", "info", "synth", "compare", "--version"}},
         {{"devices"}, {"--json"}},
         {{"fit"},
-         {"--output", "--model 3d-car|3d-msar", "--order", "--neighbourhood causal|unilateral|symmetric|half",
-          "--levels", "--factor", "--estimator auto|ls", "--noise full|diagonal", "--gains match|none",
-          "--crop X,Y,W,H", "--device", "--json"}},
+         {"--output", "--model 2d-car|3d-car|2d-ma|3d-ma|2d-msar|3d-msar|2d-mmrf|3d-mmrf|2d-pmrf|3d-pmrf",
+          "--order", "--neighbourhood causal|unilateral|symmetric|half", "--levels", "--factor",
+          "--estimator auto|ls", "--noise full|diagonal", "--gains match|none", "--crop X,Y,W,H", "--device",
+          "--json"}},
         {{"info"}, {"--json"}},
         {{"synth"},
          {"--output", "--size WxH", "--seed", "--count", "--device SPEC", "--noise-domain frequency|spatial",
@@ -150,7 +151,8 @@ TEST(Cli, WrongUsage) {
         {{"fit", "a.png", "-o", "m.json", "--order", "9"}, "--order"},
         {{"fit", "a.png", "-o", "m.json", "--order", "3", "--order", "4"}, "--order"},
         {{"fit", "a.png", "-o", "m.json", "--factor", "1"}, "--factor"},
-        {{"fit", "a.png", "-o", "m.json", "--model", "4d-car"}, "3d-car|3d-msar"},
+        {{"fit", "a.png", "-o", "m.json", "--model", "4d-car"},
+         "2d-car|3d-car|2d-ma|3d-ma|2d-msar|3d-msar|2d-mmrf|3d-mmrf|2d-pmrf|3d-pmrf"},
         {{"fit", "a.png", "-o", "m.json", "--crop", "0,0,5"}, "--crop"},
         {{"fit", "a.png", "-o", "m.json", "--crop", "-1,0,5,5"}, "--crop"},
         {{"info"}, "MODEL"},
@@ -205,8 +207,8 @@ TEST(Cli, FromPictureToTexture) {
     EXPECT_EQ(fitted["output"], "cork.json");
     EXPECT_EQ(fitted["planes"], 3);
     EXPECT_EQ(fitted["size"], json::array({512, 512}));
-    EXPECT_EQ(fitted["marginals"], "none");
-    EXPECT_EQ(fitted["levels"].size(), 4U);
+    EXPECT_EQ(fitted["marginals"], "match");
+    EXPECT_EQ(fitted["levels"].size(), 5U);
     EXPECT_EQ(fitted["levels"][0]["offsets"], 12);  // order 5, causal
     EXPECT_EQ(fitted["levels"][1]["size"], json::array({256, 256}));
     EXPECT_EQ(fitted["levels"][0]["estimator"], "ls");
@@ -412,10 +414,23 @@ TEST(Cli, ModelsThatDoNotCertify) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
     // Least squares on a symmetric support does not certify on real pictures: MODELS section 7.
-    const Words words{
-        "fit",       data + "/grass.png", "-o", "m.json",   "--model", "3d-msar", "--neighbourhood",
-        "symmetric", "--order",           "1",  "--levels", "1",       "--crop",  "0,0,64,64",
-        "--json"};
+    const Words words{"fit",
+                      data + "/grass.png",
+                      "-o",
+                      "m.json",
+                      "--model",
+                      "3d-msar",
+                      "--neighbourhood",
+                      "symmetric",
+                      "--order",
+                      "1",
+                      "--levels",
+                      "1",
+                      "--crop",
+                      "0,0,64,64",
+                      "--estimator",
+                      "ls",
+                      "--json"};
     const Ended fitted = btfield(words, here);
     EXPECT_EQ(fitted.code, 0) << fitted.err;
     EXPECT_EQ(fitted.err.rfind("btfield: warning: ", 0), 0U) << fitted.err;
@@ -462,7 +477,7 @@ TEST(Cli, PicturesWithoutAModel) {
     const Surroundings here{.folder = folder.path().string()};
     const Image constant({32, 32}, 1);
     write_picture(folder / "constant.png", constant);
-    expect_failure({"fit", "constant.png", "-o", "m.json"}, 1, "constant", here);
+    expect_failure({"fit", "constant.png", "-o", "m.json"}, 1, "all its pixels are equal", here);
     expect_failure({"compare", "constant.png", "constant.png"}, 1, "constant", here);
     expect_failure({"fit", data + "/cork.png", "-o", "m.json", "--crop", "0,0,16,16", "--levels", "4"}, 1,
                    "levels", here);

@@ -145,7 +145,8 @@ TEST(ModelFile, RoundTripsEveryKindWithAndWithoutMarginals) {
 }
 
 TEST(ModelFile, RefusesBasesAndMarginalsThatAreNone) {
-    const json good = json::parse(to_json(example_model(ModelKind::car2d, 3, 1, NoiseForm::full, false, true)));
+    const json good =
+        json::parse(to_json(example_model(ModelKind::car2d, 3, 1, NoiseForm::full, false, true)));
     const auto spoilt = [&](const std::function<void(json&)>& spoil) {
         json value = good;
         spoil(value);
@@ -154,7 +155,8 @@ TEST(ModelFile, RefusesBasesAndMarginalsThatAreNone) {
     EXPECT_EQ(spoilt([](json&) {}), "");
     EXPECT_NE(spoilt([](json& v) { v["basis"] = "none"; }), "");
     EXPECT_NE(spoilt([](json& v) { v["basis"][0][0] = 2.0; }).find("orthonormal"), std::string::npos);
-    EXPECT_NE(spoilt([](json& v) { v["basis"][0].push_back(0.0); }).find("another length"), std::string::npos);
+    EXPECT_NE(spoilt([](json& v) { v["basis"][0].push_back(0.0); }).find("another length"),
+              std::string::npos);
     EXPECT_NE(spoilt([](json& v) { v["basis"].erase(2); }), "");
     EXPECT_NE(spoilt([](json& v) { v["marginals"].erase(2); }).find("marginals"), std::string::npos);
     EXPECT_NE(spoilt([](json& v) { v["marginals"][1][0] = 9.0; }).find("decrease"), std::string::npos);
@@ -430,12 +432,12 @@ TEST(ModelFile, RefusesWrongNumbers) {
     spoil("/levels", json::array(), "no level");
     spoil("/levels/0/gain", -1.0, "gain");
     spoil("/levels/0/gain", nullptr, "levels[0].gain");
-    spoil("/levels/1/offsets/2", {-1, -1}, "twice");
-    spoil("/levels/1/offsets/2", {0, 0}, "centre");
-    spoil("/levels/1/offsets/2", {1, 0}, "precede");
-    spoil("/levels/1/offsets/2", {-1, 0, 0}, "two numbers");
-    spoil("/levels/1/offsets/2", {-3000000000, 0}, "range");
-    spoil("/levels/1/coefficients", json::array({1.0}), "coefficients");
+    spoil("/levels/1/models/0/offsets/2", {-1, -1}, "twice");
+    spoil("/levels/1/models/0/offsets/2", {0, 0}, "centre");
+    spoil("/levels/1/models/0/offsets/2", {1, 0}, "precede");
+    spoil("/levels/1/models/0/offsets/2", {-1, 0, 0}, "two numbers");
+    spoil("/levels/1/models/0/offsets/2", {-3000000000, 0}, "range");
+    spoil("/levels/1/models/0/coefficients", json::array({1.0}), "coefficients");
     spoil("/levels/0/models/0/noise_covariance/0", 0, "positive");
     spoil("/levels/0/models/0/noise_covariance/1", 1, "symmetric");
     spoil("/levels/0/log_likelihood", nullptr, "log-likelihood");

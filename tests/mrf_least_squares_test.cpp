@@ -4,7 +4,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <cstdio>
 #include <complex>
 #include <filesystem>
 #include <limits>
@@ -343,7 +342,6 @@ TEST(MrfLeastSquares, SaysWhenIterationsDisagree) {
 TEST(MrfLeastSquares, RealPicturesConverge) {
     for (const char* name : {"cork.png", "grass.png"}) {
         const std::filesystem::path path = std::filesystem::path(BTFIELD_TEST_DATA) / name;
-        if (!std::filesystem::exists(path)) continue;
         const Image image = read_picture(path).image;
         for (const int order : {1, 3, 5})
             for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal}) {
@@ -351,8 +349,6 @@ TEST(MrfLeastSquares, RealPicturesConverge) {
                 const MrfEstimate found =
                     fit_mmrf(statistic_of(image, offsets), NeighbourhoodKind::symmetric, offsets, {}, noise);
                 EXPECT_TRUE(found.converged) << name << ", order " << order << ", " << btfield::name(noise);
-                std::printf("%s order %d %s: %d iterations\n", name, order,
-                            std::string(btfield::name(noise)).c_str(), found.iterations);
             }
     }
 }

@@ -194,6 +194,10 @@ void Device::Impl::finish() {
     guarded("wait for the device", info_.name, [&] { queue_.finish(); });
 }
 
+void Device::Impl::flush() {
+    guarded("start the device", info_.name, [&] { queue_.flush(); });
+}
+
 std::string Device::Impl::kernel_name(const cl::Kernel& kernel) {
     return kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
 }

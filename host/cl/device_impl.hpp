@@ -57,6 +57,8 @@ class Device::Impl {
     /// Blocks until the bytes are there.
     void read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset = 0);
     void finish();
+    /// Makes the device begin what was enqueued, without waiting.
+    void flush();
 
     /// BTFIELD_VECTOR_WIDTH and nothing else: where every program starts.
     [[nodiscard]] BuildParameters lanes() const {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <set>
+#include <span>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
@@ -14,6 +15,7 @@
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/selection_options.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -22,7 +24,7 @@ namespace fs = std::filesystem;
 
 struct Options {
     std::vector<std::string> pictures;
-    std::string output, device;
+    std::string output, all, device;
     std::optional<Crop> crop;
     FitOptions fit;
     bool json = false;
@@ -30,6 +32,7 @@ struct Options {
 
 struct Job {
     fs::path picture, output;
+    ModelKind kind = ModelKind::car3d;
     TextureModel model;
     double read = 0.0, analysis = 0.0, fit = 0.0, total = 0.0;
 };
@@ -47,32 +50,52 @@ bool is_picture_name(const fs::path& path) {
     return extensions.count(extension) == 1;
 }
 
-/// One model per picture: OUTPUT itself, or, where that is a folder, STEM.json inside.
+/// Refuses what would overwrite a picture, and what cannot be written.
+void check_output(const fs::path& output, const fs::path& picture) {
+    std::error_code error;
+    if (fs::equivalent(output, picture, error)) {
+        throw InputError("write the model " + quoted(output), "that is the picture",
+                         "give the model a name of its own");
+    }
+    if (is_picture_name(output)) {
+        throw InputError("write the model " + quoted(output), "that is the name of a picture",
+                         "end the name in .json or .btfm");
+    }
+    check_model_writable(output);
+}
+
+/// One model per picture: OUTPUT itself, or, where that is a folder, STEM.json inside. With --all ten, as
+/// STEM-MODEL.json. Jobs of a picture follow one another.
 std::vector<Job> plan(const Options& options) {
     std::error_code error;
-    const bool folder = fs::is_directory(options.output, error);
-    if (options.pictures.size() > 1 && !folder) {
-        throw UsageError("--output: '" + options.output + "' is no folder, as several pictures need");
+    const bool all = !options.all.empty();
+    if (all == !options.output.empty()) {
+        throw UsageError(all ? "--output and --all: give one of the two" : "--output or --all is needed");
     }
+    if (all && options.fit.choose_model) throw UsageError("--model auto: --all fits every model");
+    const fs::path target = all ? options.all : options.output;
+    const bool folder = fs::is_directory(target, error);
+    if (all && !folder) throw UsageError("--all: '" + target.string() + "' is no folder");
+    if (options.pictures.size() > 1 && !folder) {
+        throw UsageError("--output: '" + target.string() + "' is no folder, as several pictures need");
+    }
+    const std::vector<ModelKind> one{options.fit.model};
+    const std::span<const ModelKind> kinds = all ? model_kinds() : std::span<const ModelKind>(one);
     std::vector<Job> jobs;
     std::set<fs::path> outputs;
     for (const fs::path picture : options.pictures) {
-        Job job;
-        job.picture = picture;
-        job.output = folder ? options.output / picture.stem().concat(".json") : fs::path(options.output);
-        if (!outputs.insert(job.output).second) {
-            throw UsageError("two pictures would have the model " + quoted(job.output));
+        for (const ModelKind kind : kinds) {
+            Job job;
+            job.picture = picture;
+            job.kind = kind;
+            const std::string suffix = all ? "-" + std::string(name(kind)) + ".json" : ".json";
+            job.output = folder ? target / picture.stem().concat(suffix) : target;
+            if (!outputs.insert(job.output).second) {
+                throw UsageError("two pictures would have the model " + quoted(job.output));
+            }
+            check_output(job.output, picture);
+            jobs.push_back(std::move(job));
         }
-        if (fs::equivalent(job.output, picture, error)) {
-            throw InputError("write the model " + quoted(job.output), "that is the picture",
-                             "give the model a name of its own");
-        }
-        if (is_picture_name(job.output)) {
-            throw InputError("write the model " + quoted(job.output), "that is the name of a picture",
-                             "end the name in .json or .btfm");
-        }
-        check_model_writable(job.output);
-        jobs.push_back(std::move(job));
     }
     return jobs;
 }
@@ -87,28 +110,40 @@ Provenance provenance(const fs::path& path, const Picture& picture) {
     return result;
 }
 
-void fit_one(Device& device, Job& job, const Options& options, Progress& bar, double done, double share) {
-    const Stopwatch watch;
-    bar.show(done, "read " + job.picture.filename().string());
-    const Picture picture = read_picture(job.picture, options.crop);
-    job.read = watch.seconds();
+/// Fits the jobs of one picture, which is read and analysed once. What they share counts for the first.
+void fit_picture(Device& device, std::span<Job> jobs, const Options& options, Progress& bar, double done,
+                 double share) {
+    const Stopwatch reading;
+    const fs::path& path = jobs.front().picture;
+    bar.show(done, "read " + path.filename().string());
+    const Picture picture = read_picture(path, options.crop);
+    jobs.front().read = jobs.front().total = reading.seconds();
     const bool opaque =
         std::all_of(picture.alpha.begin(), picture.alpha.end(), [](float a) { return a == 1.0F; });
-    if (!opaque) warn(quoted(job.picture) + " is partly transparent, and transparency is not modelled");
+    if (!opaque) warn(quoted(path) + " is partly transparent, and transparency is not modelled");
 
-    double stage_number = 0.0;
-    FitOptions fit_options = options.fit;
-    fit_options.progress = [&](std::string_view stage, double seconds) {
-        const bool fitting = stage == "fit" || stage == "gains";
-        (fitting ? job.fit : job.analysis) += seconds;
-        // How many stages there will be depends on the picture: each takes a quarter of what is left.
-        stage_number += 1.0;
-        bar.show(done + share * (1.0 - std::pow(0.75, stage_number)),
-                 job.picture.filename().string() + ": " + std::string(stage));
-    };
-    job.model = fit(device, picture.image, fit_options);
-    job.model.provenance = provenance(job.picture, picture);
-    job.total = watch.seconds();
+    Analysis analysis(device, picture.image);
+    const double own = share / static_cast<double>(jobs.size());
+    for (Job& job : jobs) {
+        const Stopwatch watch;
+        double stages = 0.0;
+        FitOptions fit_options = options.fit;
+        fit_options.model = job.kind;
+        fit_options.progress = [&](std::string_view stage, double seconds) {
+            const bool fitting = stage == "fit" || stage == "gains";
+            (fitting ? job.fit : job.analysis) += seconds;
+            // How many stages there will be depends on the picture: each takes a quarter of what is left.
+            stages += 1.0;
+            bar.show(done + own * (1.0 - std::pow(0.75, stages)),
+                     path.filename().string() + ": " + std::string(stage));
+        };
+        job.model = analysis.fit(fit_options);
+        const std::vector<std::string> reasons = std::move(job.model.provenance.reasons);
+        job.model.provenance = provenance(path, picture);
+        job.model.provenance.reasons = reasons;
+        job.total += watch.seconds();
+        done += own;
+    }
 }
 
 Json job_json(const Job& job, std::uintmax_t bytes) {
@@ -136,9 +171,11 @@ void run(const Options& options) {
     const double opening = watch.seconds();
     {
         Progress bar;
-        const double share = 1.0 / static_cast<double>(jobs.size());
-        for (std::size_t i = 0; i < jobs.size(); ++i) {
-            fit_one(device, jobs[i], options, bar, share * static_cast<double>(i), share);
+        const std::size_t pictures = options.pictures.size(), each = jobs.size() / pictures;
+        const double share = 1.0 / static_cast<double>(pictures);
+        for (std::size_t i = 0; i < pictures; ++i) {
+            fit_picture(device, std::span(jobs).subspan(i * each, each), options, bar,
+                        share * static_cast<double>(i), share);
         }
     }
     jobs.front().total += opening;
@@ -185,22 +222,12 @@ void add_fit(CLI::App& app, Action& action) {
         ->add_option("-o,--output", options->output,
                      "model file: JSON, or CBOR when the name ends in .btfm; a folder takes NAME.json of "
                      "every picture")
-        ->required()
         ->type_name("MODEL");
-    std::vector<std::pair<std::string, ModelKind>> kinds;
-    for (const ModelKind kind : model_kinds()) kinds.emplace_back(name(kind), kind);
-    add_choice<ModelKind>(*command, "--model", fit.model, kinds,
-                          "random field; see docs/models.md for which to choose (default: 3d-car)");
-    add_int(*command, "--order", fit.order, 1, max_order, "order of the neighbourhood, 1 to 8 (default: 5)");
-    add_choice<std::optional<NeighbourhoodKind>>(*command, "--neighbourhood", fit.neighbourhood,
-                                                 {{"causal", NeighbourhoodKind::causal},
-                                                  {"unilateral", NeighbourhoodKind::unilateral},
-                                                  {"symmetric", NeighbourhoodKind::symmetric},
-                                                  {"half", NeighbourhoodKind::half}},
-                                                 "which offsets of the order; car takes the first two, mmrf "
-                                                 "and pmrf symmetric only (default: causal for "
-                                                 "car, symmetric for the others)");
-    add_int(*command, "--levels", fit.levels, 1, 30, "pyramid levels; 1 is no pyramid (default: 4)");
+    command
+        ->add_option("--all", options->all,
+                     "instead of --output: fit all ten models, written as NAME-MODEL.json into this folder")
+        ->type_name("FOLDER");
+    add_selection(*command, fit);
     add_int(*command, "--factor", fit.factor, 2, 1024, "pyramid reduction factor (default: 2)");
     add_choice<EstimatorChoice>(
         *command, "--estimator", fit.estimator,
@@ -218,6 +245,12 @@ void add_fit(CLI::App& app, Action& action) {
         *command, "--marginals", fit.marginals,
         {{"match", MarginalMode::match}, {"none", MarginalMode::none}},
         "keep the picture's histograms, or model its values as they are (default: match)");
+    add_positive(*command, "--threshold", fit.moving_average.threshold,
+                 "ma: pixels this many standard deviations above the mean are significant (default: 0.5)");
+    add_choice<SignificanceRule>(
+        *command, "--significance", fit.moving_average.rule,
+        {{"p4", SignificanceRule::p4}, {"p1", SignificanceRule::p1}},
+        "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)");
     add_crop(*command, "--crop", options->crop, "fit this rectangle of the picture only");
     add_device(*command, options->device);
     add_json(*command, options->json);
@@ -226,7 +259,10 @@ void add_fit(CLI::App& app, Action& action) {
         "  btfield fit cork.png -o cork.json\n"
         "  btfield fit bark.tif -o bark.btfm --order 8 --levels 3 --crop 0,0,512,512\n"
         "  btfield fit sand.png -o sand.json --model 3d-msar --noise diagonal --json\n"
-        "  btfield fit *.png -o models/");
+        "  btfield fit *.png -o models/\n"
+        "  btfield fit moss.png -o moss.json --model auto --levels auto --order auto\n"
+        "  btfield fit moss.png -o moss.json --neighbourhood correlated:12\n"
+        "  btfield fit cork.png --all models/          models/cork-2d-car.json to models/cork-3d-pmrf.json");
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

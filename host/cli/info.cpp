@@ -32,7 +32,7 @@ void run(const Options& options) {
         object["mean"] = std::move(means);
         object["software"] = model.provenance.software;
         object["picture_bytes"] = model.provenance.picture_bytes;
-        object["reasons"] = Json::array();  // every estimator of this version is the one that was asked for
+        object["reasons"] = model.provenance.reasons;
         emit_json(object);
         return;
     }

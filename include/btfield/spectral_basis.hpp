@@ -23,9 +23,10 @@ struct SpectralBasis {
     std::vector<double> mean;    ///< μ, d values
 };
 
-/// Directions of less than this part of the largest variance count as constant: float32 pixels leave about
-/// 1e-14 in planes that are combinations of others.
-inline constexpr double smallest_relative_variance = 1e-12;
+/// Directions of less than this part of the largest variance, 10⁻⁴ of its deviation, count as constant: no
+/// 8-bit picture shows them, and what they hold is the rounding of planes that repeat each other, or a stray
+/// pixel.
+inline constexpr double smallest_relative_variance = 1e-8;
 
 /// The basis of a picture, in float64: T diagonalises Σ_Y = E[(Y − μ)(Y − μ)ᵀ]. Each eigenvector's component
 /// of largest magnitude is positive, the first of equals, so that a fit is reproducible. \throws InputError

@@ -1,0 +1,30 @@
+#pragma once
+
+// The greedy loop of MEMD: candidates from the device in blocks, one pixel after the other on the host.
+
+#include <functional>
+
+#include "host/cl/device_impl.hpp"
+#include "host/colour_tree.hpp"
+
+namespace btfield {
+
+/// How the search is cut up; no choice changes a result.
+struct MemdBlocks {
+    int candidates = 4;          ///< for each pixel of A
+    std::size_t smallest = 512;  ///< pixels of a block
+    std::size_t largest = 8192;
+    std::size_t parts = 48;          ///< a block takes at most this part of B's pixels that are left
+    std::size_t device_from = 8192;  ///< fewer pixels are not worth a launch
+    /// Share of pixels whose candidates were all gone from which the host goes on alone.
+    double hopeless = 0.5;
+};
+
+/// Takes min(#A, #B) pixels out of the tree in raster order of A.
+/// \param error called with (pixel of A, key of the pixel it takes) in that order
+/// \return how many pixels were searched for on the host
+std::size_t take_all(Device::Impl& device, const Colours& a, const Buffer& device_a, ColourTree& tree,
+                     Metric metric, const MemdBlocks& blocks,
+                     const std::function<void(std::size_t, ColourKey)>& error);
+
+}  // namespace btfield

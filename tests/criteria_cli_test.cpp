@@ -1,0 +1,154 @@
+// `btfield kappa` and `btfield memd` as users' scripts see them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "btfield/criteria.hpp"
+#include "btfield/image_io.hpp"
+#include "btfield/memd.hpp"
+#include "tests/run_program.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace btfield {
+namespace {
+
+using nlohmann::json;
+using test::Ended;
+using test::TemporaryFolder;
+using Words = std::vector<std::string>;
+
+const std::string data = BTFIELD_TEST_DATA;
+
+Ended btfield(Words words) {
+    words.insert(words.begin(), BTFIELD_CLI);
+    return test::run_program(std::move(words));
+}
+
+json expect_object(Words words) {
+    words.emplace_back("--json");
+    const Ended ended = btfield(words);
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_EQ(ended.err, "");
+    return json::parse(ended.out, nullptr, false);
+}
+
+void expect_failure(const Words& words, int code, const std::string& part) {
+    const Ended ended = btfield(words);
+    EXPECT_EQ(ended.code, code) << ended.err;
+    EXPECT_EQ(ended.out, "");
+    EXPECT_EQ(ended.err.rfind("btfield: ", 0), 0U) << ended.err;
+    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+    EXPECT_NE(ended.err.find(part), std::string::npos) << ended.err;
+}
+
+/// Grey pixels of the given values, 0…255, in one row.
+void put_row(const std::filesystem::path& path, const std::vector<int>& values) {
+    Image image({1, static_cast<int>(values.size())}, 1);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        image.values()[i] = static_cast<float>(values[i]) / 255.0F;
+    write_picture(path, image);
+}
+
+TEST(CriteriaCli, KappaOfSeveralPictures) {
+    const json object = expect_object({"kappa", data + "/cork.png", data + "/cork-xyz.exr"});
+    ASSERT_EQ(object["images"].size(), 2U);
+    const Kappa expected = kappa(read_picture(data + "/cork.png").image);
+    const json& cork = object["images"][0];
+    EXPECT_EQ(cork["image"], data + "/cork.png");
+    EXPECT_EQ(cork["kappa"].get<double>(), expected.kappa);
+    EXPECT_EQ(cork["cmax"], 256.0);
+    EXPECT_EQ(cork["verdict"], expected.two_dimensional() ? "2d" : "3d");
+    EXPECT_EQ(cork["hdr"], false);
+    ASSERT_EQ(cork["covariance"].size(), 3U);
+    EXPECT_EQ(cork["covariance"][1][2].get<double>(), expected.covariance[5]);
+    EXPECT_EQ(object["images"][1]["hdr"], true);
+}
+
+TEST(CriteriaCli, KappaAndTheWhiteLevel) {
+    const std::string xyz = data + "/cork-xyz.exr";
+    const double turn = expect_object({"kappa", xyz})["images"][0]["white_at_threshold"];
+    ASSERT_GT(turn, 0.0);
+    const auto verdict = [&](double white) {
+        return expect_object({"kappa", xyz, "--white", std::to_string(white)})["images"][0]["verdict"];
+    };
+    EXPECT_EQ(verdict(0.5 * turn), "3d");
+    EXPECT_EQ(verdict(2.0 * turn), "2d");
+    // The white level of an 8-bit picture is its own.
+    EXPECT_EQ(expect_object({"kappa", data + "/cork.png", "--white", "7"})["images"][0]["white"], 1.0);
+    const Ended text = btfield({"kappa", xyz});
+    EXPECT_NE(text.out.find("white level 1"), std::string::npos) << text.out;
+    EXPECT_EQ(expect_object({"kappa", xyz, "--cmax", "100"})["images"][0]["cmax"], 100.0);
+}
+
+TEST(CriteriaCli, MemdOfTwoPixels) {
+    const TemporaryFolder folder;
+    const std::string a = (folder / "a.png").string(), b = (folder / "b.png").string();
+    put_row(a, {10, 11});
+    put_row(b, {11, 8, 200});
+    const json object = expect_object({"memd", a, b});
+    EXPECT_EQ(object["memd"], 2.0);
+    EXPECT_EQ(object["memd_star"].get<double>(), 100.0 * 2.0 / 255.0);
+    EXPECT_EQ(object["metric"], "max");
+    EXPECT_EQ(object["pixels"], json::array({2, 3}));
+    EXPECT_GE(object["seconds"]["search"].get<double>(), 0.0);
+    EXPECT_GE(object["seconds"]["total"].get<double>(), object["seconds"]["search"].get<double>());
+    EXPECT_FALSE(object.contains("reverse"));
+    // 11 takes 11, 8 takes 10, and 200 finds nothing left.
+    EXPECT_EQ(expect_object({"memd", a, b, "--both"})["reverse"]["memd"], 1.0);
+    const Ended text = btfield({"memd", a, b});
+    EXPECT_NE(text.out.find("MEMD(A, B) = 2 "), std::string::npos) << text.out;
+}
+
+TEST(CriteriaCli, MemdMapsLocalErrors) {
+    const TemporaryFolder folder;
+    const std::string a = (folder / "a.png").string(), b = (folder / "b.png").string();
+    put_row(a, {10, 11, 12});
+    put_row(b, {11, 8});
+    const std::string values = (folder / "map.exr").string(), colours = (folder / "map.png").string();
+    EXPECT_EQ(expect_object({"memd", a, b, "--map", values})["map"], values);
+    const Image map = read_picture(values).image;
+    ASSERT_EQ(map.size(), (Size{1, 3}));
+    EXPECT_EQ(map.at(0, 0, 0), 1.0F);
+    EXPECT_EQ(map.at(0, 0, 1), 3.0F);
+    EXPECT_EQ(map.at(0, 0, 2), -1.0F);
+    EXPECT_EQ(btfield({"memd", a, b, "--map", colours}).code, 0);
+    const Image shown = read_picture(colours).image;
+    ASSERT_EQ(shown.planes(), 3);
+    EXPECT_EQ(shown.at(0, 0, 2), 1.0F);
+    EXPECT_EQ(shown.at(1, 0, 2), 0.0F);
+    EXPECT_EQ(shown.at(2, 0, 2), 1.0F);
+    EXPECT_GT(shown.at(1, 0, 1), shown.at(1, 0, 0));  // a larger error is lighter
+}
+
+TEST(CriteriaCli, MemdOfHdrPictures) {
+    const std::string xyz = data + "/cork-xyz.exr";
+    const json one = expect_object({"memd", xyz, data + "/cork.png", "--white", "2", "--metric", "l2"});
+    EXPECT_EQ(one["white"], json::array({2.0, 1.0}));
+    EXPECT_EQ(one["metric"], "l2");
+    const Ended text = btfield({"memd", xyz, xyz});
+    EXPECT_NE(text.out.find("white level 1 in A, 1 in B (--white"), std::string::npos) << text.out;
+}
+
+TEST(CriteriaCli, WrongUsageAndRefusals) {
+    const std::string cork = data + "/cork.png";
+    expect_failure({"memd", cork}, 2, "memd");
+    expect_failure({"memd", cork, cork, "--metric", "L2"}, 2, "max|l1|l2");
+    for (const char* white : {"0", "-1", "nan", "inf", "1x", ""})
+        expect_failure({"kappa", cork, "--white", white}, 2, "--white");
+    expect_failure({"kappa", cork, "--cmax", "0"}, 2, "--cmax");
+    expect_failure({"kappa", cork, "no-such.png"}, 1, "no-such.png");
+    expect_failure({"memd", cork, data + "/landsat.tif"}, 1, "planes");
+    expect_failure({"memd", cork, cork, "--device", "abacus"}, 3, "abacus");
+    const TemporaryFolder folder;
+    expect_failure({"memd", cork, cork, "--map", (folder / "no" / "map.png").string()}, 1, "map.png");
+    expect_failure({"memd", cork, cork, "--map", (folder / "map.xyz").string()}, 1, "map.xyz");
+    EXPECT_TRUE(folder.names().empty());
+}
+
+}  // namespace
+}  // namespace btfield
