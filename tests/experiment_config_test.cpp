@@ -175,8 +175,12 @@ TEST(ExperimentConfig, JobsOfOneFitFollowEachOtherAndNoneIsThereTwice) {
     std::set<std::string> texts;
     for (std::size_t i = 0; i < jobs.size(); ++i) {
         EXPECT_TRUE(texts.insert(settings_text(config, jobs[i])).second);
-        if (i % 2 == 1) EXPECT_TRUE(same_fit(jobs[i - 1], jobs[i]));
-        if (i > 0 && jobs[i - 1].marginals == jobs[i].marginals) EXPECT_GE(jobs[i - 1].order, jobs[i].order);
+        if (i % 2 == 1) {
+            EXPECT_TRUE(same_fit(jobs[i - 1], jobs[i]));
+        }
+        if (i > 0 && jobs[i - 1].marginals == jobs[i].marginals) {
+            EXPECT_GE(jobs[i - 1].order, jobs[i].order);
+        }
     }
 }
 

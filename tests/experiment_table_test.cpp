@@ -139,7 +139,9 @@ TEST(ExperimentTable, Formats) {
         const std::string line = " " + markdown.substr(at, end - at);
         const std::ptrdiff_t count =
             std::distance(std::sregex_iterator(line.begin(), line.end(), unescaped), std::sregex_iterator());
-        if (cells >= 0) EXPECT_EQ(count, cells) << line;
+        if (cells >= 0) {
+            EXPECT_EQ(count, cells) << line;
+        }
         cells = count;
         at = end + 1;
     }
