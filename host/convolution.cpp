@@ -85,9 +85,10 @@ Convolution::Convolution(Device::Impl& device, const LinearField& field, Size la
 }
 
 size_t Convolution::tile_bytes(const Device::Impl& device) const {
-    const auto height = static_cast<size_t>(rows_ + reach_.s[0] + reach_.s[1]);
-    const auto width =
-        static_cast<size_t>(largest_group(device) * device.vector_width() + reach_.s[2] + reach_.s[3]);
+    const int tile_rows = rows_ + reach_.s[0] + reach_.s[1];
+    const auto height = static_cast<size_t>(tile_rows);
+    const int tile_columns = largest_group(device) * device.vector_width() + reach_.s[2] + reach_.s[3];
+    const auto width = static_cast<size_t>(tile_columns);
     return sizeof(float) * static_cast<size_t>(planes_) * height * width;
 }
 

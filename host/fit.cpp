@@ -12,10 +12,12 @@
 #include "btfield/image_io.hpp"
 #include "btfield/pyramid.hpp"
 #include "host/analysis.hpp"
+#include "host/correlated_support.hpp"
 #include "host/lag_products.hpp"
 #include "host/level_fit.hpp"
 #include "host/level_gains.hpp"
 #include "host/marginal_moments.hpp"
+#include "host/selection.hpp"
 #include "host/spectral_density.hpp"
 #include "host/theory.hpp"
 
@@ -50,30 +52,34 @@ Size extent(const std::vector<Offset>& offsets) {
     return {box.row + 1, box.column + 1};
 }
 
+/// What a support asks of a level.
+struct Demand {
+    Size extent;
+    size_t offsets = 0;
+    size_t unknowns = 0;  ///< of an equation
+};
+
 /// A level can be fitted when the support fits into it and when it has more pixels than an equation has
 /// unknowns.
-bool supports(Size level, const std::vector<Offset>& offsets, int planes) {
-    const Size needed = extent(offsets);
-    return level.height >= needed.height && level.width >= needed.width &&
-           area(level) > offsets.size() * static_cast<size_t>(planes);
+bool supports(Size level, const Demand& demand) {
+    return level.height >= demand.extent.height && level.width >= demand.extent.width &&
+           area(level) > demand.unknowns;
 }
 
 /// A level determines its model well when it has some twenty pixels to each unknown of an equation.
-bool determines(Size level, const std::vector<Offset>& offsets, int planes) {
-    return supports(level, offsets, planes) &&
-           area(level) >= 20 * offsets.size() * static_cast<size_t>(planes);
+bool determines(Size level, const Demand& demand) {
+    return supports(level, demand) && area(level) >= 20 * demand.unknowns;
 }
 
-void check_levels(const std::vector<Size>& sizes, const std::vector<Offset>& offsets, int planes) {
+void check_levels(const std::vector<Size>& sizes, const Demand& demand) {
     size_t fit = 0;
-    while (fit < sizes.size() && supports(sizes[fit], offsets, planes)) ++fit;
+    while (fit < sizes.size() && supports(sizes[fit], demand)) ++fit;
     if (fit == sizes.size()) return;
-    const Size needed = extent(offsets);
     throw InputError(
         "fit " + std::to_string(sizes.size()) + " levels to a picture of " + text_of(sizes.front()),
         "level " + std::to_string(fit + 1) + " has " + text_of(sizes[fit]) +
-            " pixels, too few for a support of " + std::to_string(offsets.size()) + " offsets that spans " +
-            text_of(needed),
+            " pixels, too few for a support of " + std::to_string(demand.offsets) + " offsets that spans " +
+            text_of(demand.extent),
         fit == 0 ? std::string("use a lower order or a larger picture")
                  : "use at most " + std::to_string(fit) + (fit == 1 ? " level" : " levels") +
                        ", or a lower order");
@@ -190,7 +196,22 @@ class Analysis::Impl {
 
     [[nodiscard]] const Image& image() const { return image_; }
 
+    /// Settles what the options leave to be chosen, then fits.
     [[nodiscard]] TextureModel fit(const FitOptions& options) {
+        if (!leaves_choices(options)) return fit(options, FitDepth::complete);
+        const Choices choices = choose(
+            options,
+            {&image_,
+             [&](const FitOptions& settled) -> AnalysedPicture& { return picture(planes_of(settled)); },
+             [&](const FitOptions& settled, FitDepth depth) { return fit(settled, depth); }});
+        TextureModel model = fit(choices.options, FitDepth::complete);
+        model.provenance.reasons.insert(model.provenance.reasons.begin(), choices.reasons.begin(),
+                                        choices.reasons.end());
+        return model;
+    }
+
+    /// \param options leave nothing to be chosen
+    [[nodiscard]] TextureModel fit(const FitOptions& options, FitDepth depth) {
         if (options.levels < 0) {
             throw InputError("fit " + std::to_string(options.levels) + " levels",
                              "there is at least one level",
@@ -206,17 +227,18 @@ class Analysis::Impl {
         const bool free = options.levels == 0;
         const int most = free ? default_levels(image_.size(), options.factor) : options.levels;
         std::vector<Size> sizes = pyramid_sizes(image_.size(), most, options.factor);
-        while (free && sizes.size() > 1 && !determines(sizes.back(), support.offsets, equation_planes))
-            sizes.pop_back();
-        check_levels(sizes, support.offsets, equation_planes);
+        const size_t offsets = offset_count(support, options);
+        const Demand demand{extent(support.offsets), offsets, offsets * static_cast<size_t>(equation_planes)};
+        while (free && sizes.size() > 1 && !determines(sizes.back(), demand)) sizes.pop_back();
+        check_levels(sizes, demand);
 
         TextureModel model =
-            fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), watch);
+            fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), depth, watch);
         if (free && family(options.model) == Family::car) {
             while (!is_valid(model) && sizes.size() > 1) {
                 sizes.pop_back();
                 TextureModel fewer =
-                    fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), watch);
+                    fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), depth, watch);
                 if (is_valid(fewer)) return fewer;
             }
         }
@@ -247,7 +269,7 @@ class Analysis::Impl {
     }
 
     TextureModel fit_levels(AnalysedPicture& planes, AnalysedPlanes kind, const FitOptions& options,
-                            const Support& support, int count, Stopwatch& watch) {
+                            const Support& support, int count, FitDepth depth, Stopwatch& watch) {
         TextureModel model;
         model.kind = options.model;
         model.size = image_.size();
@@ -265,12 +287,19 @@ class Analysis::Impl {
         static_cast<void>(planes.level(options.factor, count, 0));
         watch.lap("pyramid");
         std::vector<int> grids;
+        std::vector<double> weakest;
         for (int k = 0; k < count; ++k) {
             FittedLevel fitted = fit_level(planes.level(options.factor, count, k), options, support,
                                            [&](std::string_view stage) { watch.lap(stage); });
             grids.push_back(fitted.grid);
+            weakest.push_back(fitted.weakest_kept);
             model.levels.push_back(std::move(fitted.level));
         }
+        if (options.correlated != 0) {
+            model.provenance.reasons.push_back(
+                correlated_reason(options.correlated, support.kind, support.offsets, weakest));
+        }
+        if (depth == FitDepth::levels) return model;
         if (options.gains == GainMode::match && is_valid(model)) set_gains(model, planes, grids);
         if (!model.marginals.empty()) set_whitening(model);
         watch.lap("gains");

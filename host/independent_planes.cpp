@@ -16,7 +16,10 @@ MatrixXd noise_root(const LinearField& field) {
     const int d = field.planes;
     MatrixXd covariance(d, d);
     for (int i = 0; i < d; ++i) {
-        for (int j = 0; j < d; ++j) covariance(i, j) = field.noise_covariance[static_cast<size_t>(i * d + j)];
+        for (int j = 0; j < d; ++j) {
+            const int place = i * d + j;
+            covariance(i, j) = field.noise_covariance[static_cast<size_t>(place)];
+        }
     }
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(covariance);
     const Eigen::VectorXd& values = solver.eigenvalues();

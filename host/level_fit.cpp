@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/correlated_support.hpp"
 #include "host/examination.hpp"
 #include "host/likelihood.hpp"
 #include "host/mrf_least_squares.hpp"
@@ -165,18 +166,35 @@ Support support_of(const FitOptions& options) {
             "Markov models have symmetric neighbourhoods, not a " + std::string(name(support.kind)) + " one",
             "use a symmetric neighbourhood, or a 3d-msar model");
     }
-    support.offsets = support.kind == NeighbourhoodKind::custom ? options.offsets
-                                                                : neighbourhood(options.order, support.kind);
+    if (options.correlated != 0) {
+        support = {support.kind, correlated_candidates(support.kind, options.correlated)};
+    } else if (support.kind == NeighbourhoodKind::custom) {
+        support.offsets = options.offsets;
+    } else {
+        support.offsets = neighbourhood(options.order, support.kind);
+    }
     if (family_ == Family::ma && std::ranges::find(support.offsets, Offset{}) == support.offsets.end())
         support.offsets.insert(std::ranges::upper_bound(support.offsets, Offset{}), Offset{});
     return support;
 }
 
-FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& support,
+std::size_t offset_count(const Support& support, const FitOptions& options) {
+    if (options.correlated == 0) return support.offsets.size();
+    return static_cast<size_t>(options.correlated) + (family(options.model) == Family::ma ? 1 : 0);
+}
+
+FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& candidates,
                       const std::function<void(std::string_view stage)>& lap) {
-    const LagCovariance& statistic = data.statistic(difference_box(support.offsets));
+    // The candidates' box holds those of all choices among them: one pass.
+    const LagCovariance& statistic = data.statistic(difference_box(candidates.offsets));
     lap("lag covariances");
     FittedLevel fitted;
+    Support support = candidates;
+    if (options.correlated != 0) {
+        CorrelatedSupport chosen = correlated_support(statistic, candidates, options.correlated);
+        support = std::move(chosen.support);
+        fitted.weakest_kept = chosen.weakest_kept;
+    }
     fitted.level.size = data.image().size();
     const int parts = is_2d(options.model) ? data.image().planes() : 1;
     for (int p = 0; p < parts; ++p) {

@@ -2,6 +2,7 @@
 
 // One pyramid level: estimate, certificate, likelihood.
 
+#include <cstddef>
 #include <functional>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,8 @@ struct FittedLevel {
     /// Side of a frequency grid over which sums over the level's spectrum are integrals, as
     /// Examination::grid.
     int grid = 0;
+    /// Smallest correlation among the kept offsets; FitOptions::correlated only.
+    double weakest_kept = 0.0;
 };
 
 /// I_r of the options' model: the family's own neighbourhood unless told, with the centre for moving
@@ -24,10 +27,16 @@ struct Support {
     NeighbourhoodKind kind = NeighbourhoodKind::custom;
     std::vector<Offset> offsets;
 };
+/// With FitOptions::correlated, the candidates among which correlated_support() chooses.
 [[nodiscard]] Support support_of(const FitOptions& options);
 
-/// \param lap called with "lag covariances" and "fit" as these end
-[[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& support,
+/// Offsets that a level's equations will have: those of the support, or fewer of them with
+/// FitOptions::correlated.
+[[nodiscard]] std::size_t offset_count(const Support& support, const FitOptions& options);
+
+/// \param candidates support_of(options)
+/// \param lap        called with "lag covariances" and "fit" as these end
+[[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& candidates,
                                     const std::function<void(std::string_view stage)>& lap);
 
 }  // namespace btfield

@@ -402,15 +402,19 @@ std::size_t free_coefficients(const Model& model) {
 
 }  // namespace
 
+std::size_t parameter_count(const LevelModel& level, NoiseForm noise) {
+    std::size_t count = 0;
+    for (const Model& part : level.models) {
+        const auto d = static_cast<std::size_t>(linear_field(part).planes);
+        count += free_coefficients(part) + (noise == NoiseForm::full ? d * (d + 1) / 2 : d);
+    }
+    return count;
+}
+
 std::size_t parameter_count(const TextureModel& model) {
     std::size_t count = model.mean.size();
-    for (const LevelModel& level : model.levels) {
-        count += 1;  // the gain
-        for (const Model& part : level.models) {
-            const auto d = static_cast<std::size_t>(linear_field(part).planes);
-            count += free_coefficients(part) + (model.noise == NoiseForm::full ? d * (d + 1) / 2 : d);
-        }
-    }
+    // Of a level, and its gain.
+    for (const LevelModel& level : model.levels) count += parameter_count(level, model.noise) + 1;
     for (const Marginal& marginal : model.marginals) count += marginal.values.size();
     const auto r = static_cast<std::size_t>(model.basis.rank), d = static_cast<std::size_t>(model.planes);
     if (!model.marginals.empty()) count += is_2d(model.kind) ? r : r * (r + 1) / 2;

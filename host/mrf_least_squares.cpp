@@ -99,8 +99,8 @@ class TurnedCovariance {
             }
     }
     [[nodiscard]] const MatrixXd& operator()(Offset s) const {
-        return values_[static_cast<size_t>((s.row + box_.row) * (2 * box_.column + 1) + s.column +
-                                           box_.column)];
+        const int place = (s.row + box_.row) * (2 * box_.column + 1) + s.column + box_.column;
+        return values_[static_cast<size_t>(place)];
     }
 
   private:

@@ -68,7 +68,8 @@ class PairTable {
     /// Φ̂_{ab,cd}(u)
     [[nodiscard]] double at(const LagTransform& transform, const LagTransform::RowMajor& sums, int a, int b,
                             int c, int d, Offset u) const {
-        const int place = index_[static_cast<std::size_t>(((a * planes_ + b) * planes_ + c) * planes_ + d)];
+        const int entry = ((a * planes_ + b) * planes_ + c) * planes_ + d;
+        const int place = index_[static_cast<std::size_t>(entry)];
         return place >= 0 ? transform.at(sums, place, u) : transform.at(sums, -1 - place, -u);
     }
 

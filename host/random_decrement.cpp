@@ -57,7 +57,8 @@ class Collector {
         for (int j = 0; j < d; ++j) {
             for (int i = 0; i < d; ++i) {
                 find(i, j);
-                part.counts[static_cast<size_t>(i * d + j)] += static_cast<double>(found_.size());
+                const int pair = i * d + j;
+                part.counts[static_cast<size_t>(pair)] += static_cast<double>(found_.size());
                 for (size_t s = 0; s < offsets_->size(); ++s)
                     part.sums[(s * static_cast<size_t>(d) + static_cast<size_t>(i)) * static_cast<size_t>(d) +
                               static_cast<size_t>(j)] += sum_at(i, r, (*offsets_)[s]);

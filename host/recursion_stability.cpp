@@ -186,7 +186,7 @@ RecursionStability recursion_stability(const LinearField& field) {
             result.column_frequency = frequency(k);
         }
         if ((k == 0 || here >= grid[static_cast<size_t>(k - 1)]) &&
-            (k == steps || here >= grid[static_cast<size_t>(k + 1)]))
+            (k == steps || here >= grid[static_cast<size_t>(k) + 1]))
             peaks.push_back(k);
     }
     std::vector<double> heights(peaks.size()), places(peaks.size());

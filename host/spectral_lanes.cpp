@@ -86,9 +86,9 @@ void evaluate(const HermitianPolynomial& polynomial, double row_frequency, const
             for (size_t s = 0; s < polynomial.offsets.size(); ++s) {
                 const Offset offset = polynomial.offsets[s];
                 const Complex turn = std::polar(1.0, row_frequency * offset.row);
-                sums[static_cast<size_t>(reach + offset.column)] -= turn * polynomial.terms[s](i, j);
-                sums[static_cast<size_t>(reach - offset.column)] -=
-                    std::conj(turn) * polynomial.terms[s](j, i);
+                const int right = reach + offset.column, left = reach - offset.column;
+                sums[static_cast<size_t>(right)] -= turn * polynomial.terms[s](i, j);
+                sums[static_cast<size_t>(left)] -= std::conj(turn) * polynomial.terms[s](j, i);
             }
             const Complex constant = polynomial.centre(i, j) + sums[static_cast<size_t>(reach)];
             double* real = result.real(i, j);
@@ -96,8 +96,9 @@ void evaluate(const HermitianPolynomial& polynomial, double row_frequency, const
             std::fill_n(real, lanes, constant.real());
             std::fill_n(imaginary, lanes, i == j ? 0.0 : constant.imag());
             for (int c = 1; c <= reach; ++c) {
-                const Complex plus = sums[static_cast<size_t>(reach + c)],
-                              minus = sums[static_cast<size_t>(reach - c)];
+                const int right = reach + c, left = reach - c;
+                const Complex plus = sums[static_cast<size_t>(right)],
+                              minus = sums[static_cast<size_t>(left)];
                 const Complex even = plus + minus, odd = Complex{0.0, 1.0} * (plus - minus);
                 const double er = even.real(), ei = even.imag(), pr = odd.real(), pi = odd.imag();
                 const double* cosine = waves.cosine(c);

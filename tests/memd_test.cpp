@@ -11,6 +11,7 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "btfield/error.hpp"
@@ -225,21 +226,27 @@ struct RandomCase {
     MemdOptions options;
 };
 
-RandomCase random_case(std::mt19937& generator, int largest_side) {
+RandomCase random_case(std::mt19937& generator, int largest_side, int d, Metric metric) {
     const auto pick = [&generator](int low, int high) {
         return std::uniform_int_distribution<int>(low, high)(generator);
     };
-    constexpr std::array planes{1, 1, 2, 3, 3, 3, 4, 6, 31};
     constexpr std::array levels{0, 0, 1, 2, 3, 8, 256};
-    const int d = planes[static_cast<std::size_t>(pick(0, 8))];
     const auto level = [&] { return levels[static_cast<std::size_t>(pick(0, 6))]; };
     const auto size = [&] { return Size{pick(1, largest_side), pick(1, largest_side)}; };
     const float shift = pick(0, 2) == 0 ? 0.6F : 0.0F;
     RandomCase result;
     result.a = picture(generator, size(), d, level(), 0.0F, 1.0F - shift);
     result.b = picture(generator, pick(0, 1) == 0 ? size() : result.a.size(), d, level(), shift, 1.0F);
-    result.options.metric = metrics[static_cast<std::size_t>(pick(0, 2))];
+    result.options.metric = metric;
     return result;
+}
+
+/// Any number of planes and any metric.
+RandomCase random_case(std::mt19937& generator, int largest_side) {
+    constexpr std::array planes{1, 1, 2, 3, 3, 3, 4, 6, 31};
+    const int d = planes[std::uniform_int_distribution<std::size_t>(0, planes.size() - 1)(generator)];
+    const Metric metric = metrics[std::uniform_int_distribution<std::size_t>(0, 2)(generator)];
+    return random_case(generator, largest_side, d, metric);
 }
 
 /// The greedy loop cut up as told, so that small pictures too are searched on the device.
@@ -265,11 +272,15 @@ Memd in_blocks(Device& on, const RandomCase& one, const MemdBlocks& blocks, std:
     return result;
 }
 
-void compare_blocks(Device& on, unsigned seed, int cases, int largest_side) {
+/// Planes and metrics that kernels are built for.
+using Kernels = std::vector<std::pair<int, Metric>>;
+
+void compare_blocks(Device& on, const Kernels& kernels, unsigned seed, int cases, int largest_side) {
     std::mt19937 generator(seed);
     std::size_t pixels = 0, on_host = 0;
     for (int k = 0; k < cases; ++k) {
-        const RandomCase one = random_case(generator, largest_side);
+        const auto& [planes, metric] = kernels[static_cast<std::size_t>(k) % kernels.size()];
+        const RandomCase one = random_case(generator, largest_side, planes, metric);
         MemdBlocks blocks;
         blocks.candidates = 4;
         blocks.device_from = 1;
@@ -304,23 +315,27 @@ void compare_random_cases(Device& on, unsigned seed, int cases, int largest_side
     }
 }
 
-TEST(Memd, RandomPicturesAtEveryWidth) {
+TEST(Memd, RandomPictures) {
+    compare_random_cases(device(), 1, 100, 12);
+}
+
+TEST(Memd, BlocksAtEveryWidth) {
     for (const int width : test::vector_widths) {
         SCOPED_TRACE(width);
         Device on = test::device_of_width(width);
-        compare_random_cases(on, static_cast<unsigned>(width), 50, 12);
-        compare_blocks(on, 50U + static_cast<unsigned>(width), 50, 20);
+        compare_blocks(on, {{3, Metric::max}}, 50U + static_cast<unsigned>(width), 30, 20);
     }
 }
 
 TEST(MemdLong, TenThousandRandomPictures) {
+    compare_random_cases(device(), 2, 8000, 13);
     for (const int width : test::vector_widths) {
         SCOPED_TRACE(width);
         Device on = test::device_of_width(width);
-        compare_random_cases(on, 100U + static_cast<unsigned>(width), 2000, 13);
-        compare_blocks(on, 300U + static_cast<unsigned>(width), 500, 20);
-        compare_blocks(on, 400U + static_cast<unsigned>(width), 10, 60);
-        compare_random_cases(on, 200U + static_cast<unsigned>(width), 20, 70);
+        compare_blocks(
+            on, {{1, Metric::l1}, {3, Metric::max}, {3, Metric::l2}, {6, Metric::l1}, {31, Metric::l2}},
+            300U + static_cast<unsigned>(width), 500, 20);
+        compare_blocks(on, {{3, Metric::max}}, 400U + static_cast<unsigned>(width), 10, 60);
     }
 }
 

@@ -145,7 +145,8 @@ TEST(ModelFile, RoundTripsEveryKindWithAndWithoutMarginals) {
 }
 
 TEST(ModelFile, RefusesBasesAndMarginalsThatAreNone) {
-    const json good = json::parse(to_json(example_model(ModelKind::car2d, 3, 1, NoiseForm::full, false, true)));
+    const json good =
+        json::parse(to_json(example_model(ModelKind::car2d, 3, 1, NoiseForm::full, false, true)));
     const auto spoilt = [&](const std::function<void(json&)>& spoil) {
         json value = good;
         spoil(value);
@@ -154,7 +155,8 @@ TEST(ModelFile, RefusesBasesAndMarginalsThatAreNone) {
     EXPECT_EQ(spoilt([](json&) {}), "");
     EXPECT_NE(spoilt([](json& v) { v["basis"] = "none"; }), "");
     EXPECT_NE(spoilt([](json& v) { v["basis"][0][0] = 2.0; }).find("orthonormal"), std::string::npos);
-    EXPECT_NE(spoilt([](json& v) { v["basis"][0].push_back(0.0); }).find("another length"), std::string::npos);
+    EXPECT_NE(spoilt([](json& v) { v["basis"][0].push_back(0.0); }).find("another length"),
+              std::string::npos);
     EXPECT_NE(spoilt([](json& v) { v["basis"].erase(2); }), "");
     EXPECT_NE(spoilt([](json& v) { v["marginals"].erase(2); }).find("marginals"), std::string::npos);
     EXPECT_NE(spoilt([](json& v) { v["marginals"][1][0] = 9.0; }).find("decrease"), std::string::npos);

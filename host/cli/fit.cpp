@@ -15,6 +15,7 @@
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/selection_options.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -71,6 +72,7 @@ std::vector<Job> plan(const Options& options) {
     if (all == !options.output.empty()) {
         throw UsageError(all ? "--output and --all: give one of the two" : "--output or --all is needed");
     }
+    if (all && options.fit.choose_model) throw UsageError("--model auto: --all fits every model");
     const fs::path target = all ? options.all : options.output;
     const bool folder = fs::is_directory(target, error);
     if (all && !folder) throw UsageError("--all: '" + target.string() + "' is no folder");
@@ -225,20 +227,7 @@ void add_fit(CLI::App& app, Action& action) {
         ->add_option("--all", options->all,
                      "instead of --output: fit all ten models, written as NAME-MODEL.json into this folder")
         ->type_name("FOLDER");
-    std::vector<std::pair<std::string, ModelKind>> kinds;
-    for (const ModelKind kind : model_kinds()) kinds.emplace_back(name(kind), kind);
-    add_choice<ModelKind>(*command, "--model", fit.model, kinds,
-                          "random field; see docs/models.md for which to choose (default: 3d-car)");
-    add_int(*command, "--order", fit.order, 1, max_order, "order of the neighbourhood, 1 to 8 (default: 5)");
-    add_choice<std::optional<NeighbourhoodKind>>(*command, "--neighbourhood", fit.neighbourhood,
-                                                 {{"causal", NeighbourhoodKind::causal},
-                                                  {"unilateral", NeighbourhoodKind::unilateral},
-                                                  {"symmetric", NeighbourhoodKind::symmetric},
-                                                  {"half", NeighbourhoodKind::half}},
-                                                 "which offsets of the order; car takes the first two, mmrf "
-                                                 "and pmrf symmetric only (default: causal for "
-                                                 "car, symmetric for the others)");
-    add_int(*command, "--levels", fit.levels, 1, 30, "pyramid levels; 1 is no pyramid (default: 4)");
+    add_selection(*command, fit);
     add_int(*command, "--factor", fit.factor, 2, 1024, "pyramid reduction factor (default: 2)");
     add_choice<EstimatorChoice>(
         *command, "--estimator", fit.estimator,
@@ -271,6 +260,8 @@ void add_fit(CLI::App& app, Action& action) {
         "  btfield fit bark.tif -o bark.btfm --order 8 --levels 3 --crop 0,0,512,512\n"
         "  btfield fit sand.png -o sand.json --model 3d-msar --noise diagonal --json\n"
         "  btfield fit *.png -o models/\n"
+        "  btfield fit moss.png -o moss.json --model auto --levels auto --order auto\n"
+        "  btfield fit moss.png -o moss.json --neighbourhood correlated:12\n"
         "  btfield fit cork.png --all models/          models/cork-2d-car.json to models/cork-3d-pmrf.json");
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }

@@ -63,16 +63,26 @@ struct MaOptions {
 
 struct FitOptions {
     ModelKind model = ModelKind::car3d;
+    /// Chooses the model instead: κ, with white at 1, decides between 2D and 3D (P4 3.1), BIC the rest. See
+    /// docs/selection.md for this and for the choices below; Provenance::reasons says why.
+    bool choose_model = false;
+    /// Hierarchical order 1 … 8; 0 chooses it by BIC.
     int order = 5;
     /// CAR: causal or unilateral (default: causal). MSAR: any (default: symmetric). Markov models: symmetric.
     /// Moving averages: any, and the centre (default: symmetric). `custom` takes `offsets`.
     std::optional<NeighbourhoodKind> neighbourhood;
     std::vector<Offset> offsets;
+    /// N > 0 takes the place of `order` (P3): of the neighbourhood of order 8, each level keeps the N offsets
+    /// whose correlation |C_ii(s)| / C_ii(0), averaged over its planes, is largest, as a custom
+    /// neighbourhood. Symmetric ones keep s and −s together: N is even.
+    int correlated = 0;
     /// Per-pair sets for custom supports, laid out as LinearField::active; empty = all. 3D models only.
     std::vector<std::uint8_t> active;
     /// Pyramid levels; 0 = as many as default_levels() says and the picture determines, and for CAR models
     /// fewer when some level's certificate fails.
     int levels = 0;
+    /// Chooses by BIC from 1 to `levels`, or to default_levels() where that is 0.
+    bool choose_levels = false;
     int factor = 2;
     EstimatorChoice estimator = EstimatorChoice::automatic;
     NoiseForm noise = NoiseForm::full;

@@ -145,6 +145,8 @@ struct TextureModel {
 /// Numbers that the file must store to synthesise: coefficients, Σ (its free entries), gains, means, T (its
 /// free entries, as rotations) and the marginals' knots.
 [[nodiscard]] std::size_t parameter_count(const TextureModel& model);
+/// Those of a level: free coefficients and free entries of Σ, without the gain.
+[[nodiscard]] std::size_t parameter_count(const LevelModel& level, NoiseForm noise);
 
 /// True when every level's certificate is valid.
 [[nodiscard]] bool is_valid(const TextureModel& model);
