@@ -22,6 +22,7 @@ void add_all() {
     add_convolve();
     add_causal_recursion();
     add_synthesis();
+    add_experiment();
 }
 
 namespace {

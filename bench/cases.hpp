@@ -22,6 +22,7 @@ void add_fit();
 void add_convolve();
 void add_causal_recursion();
 void add_synthesis();
+void add_experiment();
 void add_all();
 
 /// The device of $BTFIELD_DEVICE, else the best; opened once.

@@ -31,7 +31,7 @@ void add_causal_recursion() {
             auto state = std::make_shared<State>();
             const TextureModel fitted = model(order, 1);
             state->recursion = std::make_unique<CausalRecursion>(
-                impl, linear_field(fitted.levels.front().model), size, 1.0, fitted.mean);
+                impl, linear_field(fitted.levels.front().models.front()), size, 1.0, fitted.mean);
             std::vector<cl_uint2> keys;
             for (int b = 0; b < batch; ++b) keys.push_back({{static_cast<cl_uint>(b), 0}});
             state->keys = impl.upload(keys);
@@ -54,7 +54,7 @@ void add_causal_recursion() {
             };
             auto state = std::make_shared<State>();
             const TextureModel fitted = model(order, 1);
-            state->field = linear_field(fitted.levels.front().model);
+            state->field = linear_field(fitted.levels.front().models.front());
             const RecursionMargins margins = recursion_margins(state->field);
             state->domain = {size.height + margins.top, size.width + margins.left + margins.right};
             state->a.assign(state->field.coefficients.begin(), state->field.coefficients.end());

@@ -32,6 +32,10 @@ void require_stable(const LinearField& field) {
     }
 }
 
+void check_parts(const std::vector<LinearField>& parts) {
+    for (const LinearField& part : parts) require_stable(part);
+}
+
 RecursionMargins margins_of(const std::vector<LinearField>& parts) {
     RecursionMargins result;
     for (const LinearField& part : parts) {
@@ -50,11 +54,15 @@ int divided_up(int a, int b) {
 
 }  // namespace
 
+void check_recursion(const LinearField& field) {
+    check_parts(independent_planes(field));
+}
+
 CausalRecursion::CausalRecursion(Device::Impl& device, const LinearField& field, Size size, double scale,
                                  const std::vector<double>& mean, Schedule schedule)
     : offsets_count_(static_cast<int>(field.offsets.size())), size_(size), schedule_(schedule) {
     const std::vector<LinearField> parts = independent_planes(field);
-    for (const LinearField& part : parts) require_stable(part);
+    check_parts(parts);
     planes_ = parts.front().planes;
     blocks_ = static_cast<int>(parts.size());
     margins_ = margins_of(parts);

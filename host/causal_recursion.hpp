@@ -10,6 +10,10 @@
 
 namespace btfield {
 
+/// \throws InputError when the support is not causal, the recursion is not stable or an offset is too long:
+/// the message says where it grows and what to do
+void check_recursion(const LinearField& field);
+
 class CausalRecursion {
   public:
     /// How work is shared out; the fields are the same.
@@ -23,8 +27,7 @@ class CausalRecursion {
     /// \param size  of the textures; the recursion begins recursion_margins() outside, with zeros
     /// \param scale of the noise, the level's gain
     /// \param mean  added to every pixel, one per plane
-    /// \throws InputError when the support is not causal or the recursion is not stable: the message says
-    ///         where it grows and what to do
+    /// \throws InputError as check_recursion() does
     CausalRecursion(Device::Impl& device, const LinearField& field, Size size, double scale,
                     const std::vector<double>& mean, Schedule schedule = Schedule::automatic);
 

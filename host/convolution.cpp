@@ -7,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/independent_planes.hpp"
 #include "host/spectral_factors.hpp"
+#include "host/spectral_form.hpp"
 
 namespace btfield {
 namespace {
@@ -50,7 +51,8 @@ Convolution::Convolution(Device::Impl& device, const LinearField& field, Size la
     std::vector<float> coefficients;
     for (const LinearField& part : parts) {
         using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-        const Eigen::MatrixXd root = scale * noise_root(part);
+        // The root that the transfer function takes, so that both make the same pictures.
+        const Eigen::MatrixXd root = scale * symmetric_root(noise_matrix(part));
         for (size_t s = 0; s < part.offsets.size(); ++s) {
             const Eigen::Map<const Rows> a(
                 part.coefficients.data() + static_cast<std::ptrdiff_t>(s) * planes_ * planes_, planes_,

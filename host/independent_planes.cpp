@@ -2,7 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "btfield/error.hpp"
@@ -59,6 +61,39 @@ std::vector<LinearField> independent_planes(const LinearField& field) {
         parts.push_back(std::move(part));
     }
     return parts;
+}
+
+LinearField joined_planes(std::span<const Model> models) {
+    if (models.size() == 1) return linear_field(models.front());
+    LinearField joined;
+    joined.kind = linear_field(models.front()).kind;
+    std::set<Offset> offsets;
+    for (const Model& model : models) {
+        const LinearField& field = linear_field(model);
+        joined.planes += field.planes;
+        offsets.insert(field.offsets.begin(), field.offsets.end());
+    }
+    joined.offsets.assign(offsets.begin(), offsets.end());
+    const auto d = static_cast<size_t>(joined.planes);
+    joined.coefficients.resize(joined.offsets.size() * d * d);
+    joined.noise_covariance.resize(d * d);
+    size_t first = 0;
+    const auto place = [&](double* target, const double* source, size_t planes) {
+        for (size_t i = 0; i < planes; ++i)
+            for (size_t j = 0; j < planes; ++j) target[(first + i) * d + first + j] = source[i * planes + j];
+    };
+    for (const Model& model : models) {
+        const LinearField& field = linear_field(model);
+        const auto planes = static_cast<size_t>(field.planes);
+        for (size_t s = 0; s < field.offsets.size(); ++s) {
+            const auto at = std::lower_bound(joined.offsets.begin(), joined.offsets.end(), field.offsets[s]);
+            place(joined.coefficients.data() + static_cast<size_t>(at - joined.offsets.begin()) * d * d,
+                  field.coefficients.data() + s * planes * planes, planes);
+        }
+        place(joined.noise_covariance.data(), field.noise_covariance.data(), planes);
+        first += planes;
+    }
+    return joined;
 }
 
 }  // namespace btfield

@@ -3,6 +3,7 @@
 // What the kernels that work in the picture's own domain need of a linear field.
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "btfield/models.hpp"
@@ -16,5 +17,8 @@ namespace btfield {
 /// The fields of one plane each that a 2D model consists of, where no coefficient and no noise couples two
 /// planes; else the field as it is.
 [[nodiscard]] std::vector<LinearField> independent_planes(const LinearField& field);
+
+/// The other way: fields that share nothing as one of all their planes, on every offset that any of them has.
+[[nodiscard]] LinearField joined_planes(std::span<const Model> models);
 
 }  // namespace btfield

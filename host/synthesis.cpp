@@ -2,15 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
+#include <variant>
 
 #include "btfield/error.hpp"
-#include "btfield/pyramid.hpp"
+#include "host/causal_recursion.hpp"
+#include "host/convolution.hpp"
+#include "host/independent_planes.hpp"
 #include "host/planes.hpp"
 #include "host/pyramid_stages.hpp"
 #include "host/spectral_factors.hpp"
+#include "host/synthesis_layout.hpp"
 
 namespace btfield {
 
@@ -21,88 +25,68 @@ namespace {
 constexpr std::size_t cpu_batch_bytes = std::size_t{32} << 20;
 constexpr std::size_t gpu_batch_bytes = std::size_t{1} << 30;
 constexpr int largest_batch = 64;
-constexpr int largest_side = 1 << 20;
-
 /// Part of the device's memory that synthesis may plan with; a CPU device shares it with everything else.
 double memory_limit(const Device::Impl& device) {
     return (device.is_cpu() ? 0.7 : 0.9) * static_cast<double>(device.info().memory_bytes);
 }
 
-std::string text(Size size) {
-    return std::to_string(size.width) + "x" + std::to_string(size.height);
+/// Weights of a sample that a convolution adds up for one value, up to which it is expected to be faster than
+/// a transform there and back. Their cost grows with this number and does not depend on the lattice; that of
+/// transforms hardly does.
+constexpr std::size_t largest_convolution = 100;
+
+bool convolves(const LevelModel& level, MovingAverageRoute wanted) {
+    if (wanted != MovingAverageRoute::automatic) return wanted == MovingAverageRoute::convolution;
+    const LinearField field = joined_planes(level.models);
+    const auto planes = static_cast<std::size_t>(independent_planes(field).front().planes);
+    return field.offsets.size() * planes <= largest_convolution;
 }
 
-/// n^(K−1): what a tileable side is a multiple of. 0 when it exceeds every possible side.
-int coarsest_step(const TextureModel& model) {
-    long long step = 1;
-    for (std::size_t k = 1; k < model.levels.size(); ++k) {
-        step *= model.factor;
-        if (step > (1 << 24)) return 0;
+std::vector<LevelRoute> routes_of(const TextureModel& model, const SynthesisOptions& options) {
+    std::vector<LevelRoute> routes;
+    for (const LevelModel& level : model.levels) {
+        LevelRoute route = LevelRoute::spectrum;
+        if (options.method == SynthesisMethod::raster)
+            route = LevelRoute::recursion;
+        else if (options.noise_domain == NoiseDomain::spatial)
+            route = family(model.kind) == Family::ma && convolves(level, options.moving_average)
+                        ? LevelRoute::convolution
+                        : LevelRoute::transfer;
+        routes.push_back(route);
     }
-    return static_cast<int>(step);
+    return routes;
 }
 
-/// The smallest lattice of at least this side whose coarsest level suits the FFT.
-int lattice_side(int side, int step) {
-    return step * next_fft_size((side + step - 1) / step);
+/// What `work` says about a level's recursion, with the level's number.
+template <class Work>
+void at_level(std::size_t level, Work work) {
+    try {
+        work();
+    } catch (const InputError& error) {
+        throw InputError(error.asked() + " at level " + std::to_string(level), error.found(), error.remedy());
+    }
 }
 
-/// Sizes of all lattices of one synthesis, and the memory that they take.
-struct Layout {
-    Size lattice;                  ///< of the finest level before cropping
-    std::vector<Size> sizes;       ///< per level
-    std::vector<Size> transforms;  ///< per level; larger than the level where n has a prime factor over 13
-
-    Layout(const TextureModel& model, Size size) {
-        const int step = coarsest_step(model);
-        if (step == 0 || size.height > largest_side || size.width > largest_side)
-            throw InputError("synthesise " + text(size),
-                             "sides are limited to " + std::to_string(largest_side), "give a smaller size");
-        lattice = {lattice_side(size.height, step), lattice_side(size.width, step)};
-        sizes = pyramid_sizes(lattice, static_cast<int>(model.levels.size()), model.factor);
-        for (const Size& s : sizes) transforms.push_back({next_fft_size(s.height), next_fft_size(s.width)});
-    }
-
-    /// Bytes of device memory for `batch` textures at once, without stored factors.
-    [[nodiscard]] double bytes(int planes, int batch) const {
-        const double count = static_cast<double>(planes) * batch;
-        const double pixels = static_cast<double>(area(transforms.front()));
-        const double half = static_cast<double>(spectrum_floats(transforms.front(), 1));
-        // The finest level's spectrum and transform's room and picture; the coarser levels' sum, and its rows
-        // expanded.
-        const double coarse = sizes.size() > 1 ? static_cast<double>(area(sizes[1])) * (1.0 + 2.0) : 0.0;
-        return sizeof(float) * count * (2.0 * half + 2.0 * half + pixels + coarse);
-    }
-    /// The largest single buffer.
-    [[nodiscard]] double largest(int planes, int batch) const {
-        return sizeof(float) * static_cast<double>(planes) * batch *
-               std::max(static_cast<double>(area(transforms.front())),
-                        static_cast<double>(spectrum_floats(transforms.front(), 1)));
-    }
-};
-
-bool fits(const Device::Impl& device, const Layout& layout, int planes, int batch) {
-    return layout.bytes(planes, batch) <= memory_limit(device) &&
-           layout.largest(planes, batch) <= static_cast<double>(device.largest_allocation());
-}
-
-[[noreturn]] void refuse_size(const Device::Impl& device, const TextureModel& model, Size size,
-                              const Layout& layout) {
-    int fitting = 0;
-    for (int side = 16; side < largest_side; side *= 2)
-        for (const int candidate : {side, side + side / 2})
-            if (fits(device, Layout(model, {candidate, candidate}), model.planes, 1)) fitting = candidate;
-    const auto gigabytes = [](double bytes) {
-        const auto tenths = static_cast<long long>(bytes / 1e8);
-        return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " GB";
-    };
-    throw DeviceError(
-        "synthesise " + text(size) + " with " + std::to_string(model.planes) + " planes on device '" +
-            device.info().name + "'",
-        "it takes " + gigabytes(layout.bytes(model.planes, 1)) + " where " + gigabytes(memory_limit(device)) +
-            " may be used, at most " + gigabytes(static_cast<double>(device.largest_allocation())) +
-            " in one piece",
-        "give a size up to about " + text({fitting, fitting}) + ", or a device with more memory");
+/// All that check_synthesis() checks but whether recursions are stable.
+void check_request(const TextureModel& model, Size size, const SynthesisOptions& options) {
+    check(model);
+    if (size.height < 1 || size.width < 1)
+        throw InputError("synthesise " + text(size), "a side is smaller than 1", "give positive sides");
+    if (options.method == SynthesisMethod::raster && family(model.kind) != Family::car)
+        throw InputError("synthesise by raster recursion",
+                         "this is a " + std::string(name(model.kind)) +
+                             " model, and only causal autoregressive ones can be run pixel after pixel",
+                         "use --method torus, or fit with --model 2d-car or 3d-car");
+    if (options.allow_invalid) return;
+    for (std::size_t k = 0; k < model.levels.size(); ++k)
+        if (!model.levels[k].certificate.valid)
+            throw InputError("synthesise from this " + std::string(name(model.kind)) + " model",
+                             "the certificate of level " + std::to_string(k) + " fails (" +
+                                 std::to_string(model.levels[k].certificate.zeros) +
+                                 " zeros of det Λ): the texture's variance would have nothing to do with the "
+                                 "picture's",
+                             "fit with a causal neighbourhood or --model 3d-car, or insist with "
+                             "--allow-invalid");
 }
 
 std::vector<cl_uint2> key_words(std::span<const std::uint64_t> seeds) {
@@ -114,6 +98,14 @@ std::vector<cl_uint2> key_words(std::span<const std::uint64_t> seeds) {
 
 }  // namespace
 
+void check_synthesis(const TextureModel& model, Size size, const SynthesisOptions& options) {
+    check_request(model, size, options);
+    static_cast<void>(SynthesisLayout(model, size, routes_of(model, options)));
+    if (options.method != SynthesisMethod::raster) return;
+    for (std::size_t k = 0; k < model.levels.size(); ++k)
+        at_level(k, [&] { check_recursion(joined_planes(model.levels[k].models)); });
+}
+
 class Synthesiser::Impl {
   public:
     Impl(Device& device, const TextureModel& model, Size size, const SynthesisOptions& options)
@@ -121,36 +113,15 @@ class Synthesiser::Impl {
           planes_(model.planes),
           modelled_(modelled_planes(model)),
           space_(model.space),
-          size_(size),
           layout_(checked(model, size, options)),
-          options_(options),
           stages_(*device_, model.factor) {
+        if (layout_.routes.front() == LevelRoute::recursion) add_recursions(model);
         if (model.basis.planes > 0)
             restorer_.emplace(*device_, model.basis, model.marginals, model.whitening);
-        if (!fits(*device_, layout_, planes_, 1)) refuse_size(*device_, model, size, layout_);
-        const std::size_t target = device_->is_cpu() ? cpu_batch_bytes : gpu_batch_bytes;
-        batch_ = 1;
-        while (batch_ < largest_batch && layout_.bytes(planes_, 2 * batch_) <= static_cast<double>(target) &&
-               fits(*device_, layout_, planes_, 2 * batch_))
-            batch_ *= 2;
+        if (!fits(layout_, 1)) refuse_size(model);
+        while (batch_ < largest_batch && is_worth(2 * batch_) && fits(layout_, 2 * batch_)) batch_ *= 2;
+        if (levels_.empty()) add_torus_levels(model);
 
-        const std::size_t last = model.levels.size() - 1;
-        double spare = memory_limit(*device_) - layout_.bytes(planes_, batch_);
-        for (std::size_t k = 0; k <= last; ++k) {
-            const Size t = layout_.transforms[k];
-            const double variance = options.noise_domain == NoiseDomain::frequency
-                                        ? 1.0 / (2.0 * static_cast<double>(area(t)))
-                                        : 1.0 / (static_cast<double>(area(t)) * static_cast<double>(area(t)));
-            // Where there is a basis, the mean is added with it.
-            const bool adds_mean = k == last && model.basis.planes == 0;
-            const std::vector<double> mean =
-                adds_mean ? model.mean : std::vector<double>(static_cast<std::size_t>(modelled_), 0.0);
-            const std::vector<Model>& models = model.levels[k].models;
-            factors_.emplace_back(*device_, std::vector<SpectralForm>(models.begin(), models.end()), t,
-                                  model.levels[k].gain * std::sqrt(variance), mean, spare / 4.0);
-            spare -= factors_.back().stored_bytes();
-            static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
-        }
         const std::uint64_t seed = 0;
         {
             const Device::Impl::Rehearsal rehearsal(*device_);
@@ -171,29 +142,98 @@ class Synthesiser::Impl {
         return images;
     }
 
-    [[nodiscard]] Size size() const { return size_; }
+    [[nodiscard]] Size size() const { return layout_.size; }
     [[nodiscard]] Size lattice() const { return layout_.lattice; }
-    [[nodiscard]] bool tileable() const {
-        return layout_.lattice == size_ && layout_.transforms == layout_.sizes;
-    }
+    [[nodiscard]] bool tileable() const { return layout_.tiles(); }
     [[nodiscard]] int batch() const { return batch_; }
 
   private:
-    static Layout checked(const TextureModel& model, Size size, const SynthesisOptions& options) {
-        check(model);
-        if (size.height < 1 || size.width < 1)
-            throw InputError("synthesise " + text(size), "a side is smaller than 1", "give positive sides");
-        if (!options.allow_invalid)
-            for (std::size_t k = 0; k < model.levels.size(); ++k)
-                if (!model.levels[k].certificate.valid)
-                    throw InputError(
-                        "synthesise from this " + std::string(name(model.kind)) + " model",
-                        "the certificate of level " + std::to_string(k) + " fails (" +
-                            std::to_string(model.levels[k].certificate.zeros) +
-                            " zeros of det Λ): the texture's variance would have nothing to do with the "
-                            "picture's",
-                        "fit with a causal neighbourhood or --model 3d-car, or insist with --allow-invalid");
-        return {model, size};
+    using Level = std::variant<SpectralFactors, Convolution, CausalRecursion>;
+
+    static SynthesisLayout checked(const TextureModel& model, Size size, const SynthesisOptions& options) {
+        check_request(model, size, options);
+        return {model, size, routes_of(model, options)};
+    }
+
+    /// Bytes of device memory for a batch, without stored factors.
+    [[nodiscard]] double bytes(const SynthesisLayout& layout, int batch) const {
+        return layout.bytes(static_cast<double>(modelled_) * batch) + restoring_bytes(layout, batch);
+    }
+    [[nodiscard]] double restoring_bytes(const SynthesisLayout& layout, int batch) const {
+        return restorer_ ? static_cast<double>(restorer_->scratch_bytes(layout.transforms.front(), batch))
+                         : 0.0;
+    }
+
+    [[nodiscard]] bool fits(const SynthesisLayout& layout, int batch) const {
+        const double largest =
+            std::max(layout.largest(static_cast<double>(modelled_) * batch), restoring_bytes(layout, batch));
+        return bytes(layout, batch) <= memory_limit(*device_) &&
+               largest <= static_cast<double>(device_->largest_allocation());
+    }
+
+    /// Whether a batch is faster than its halves one after the other: while they share the cache, and while a
+    /// recursion, which has few rows to work on at once, leaves compute units without a texture of their own.
+    [[nodiscard]] bool is_worth(int batch) const {
+        const std::size_t target = device_->is_cpu() ? cpu_batch_bytes : gpu_batch_bytes;
+        if (bytes(layout_, batch) <= static_cast<double>(target)) return true;
+        return layout_.routes.front() == LevelRoute::recursion && batch <= 2 * device_->info().compute_units;
+    }
+
+    [[noreturn]] void refuse_size(const TextureModel& model) const {
+        int fitting = 0;
+        for (int side = 16; side < 1 << 20; side *= 2)
+            for (const int candidate : {side, side + side / 2})
+                if (fits(layout_.resized(model, {candidate, candidate}), 1)) fitting = candidate;
+        const auto gigabytes = [](double count) {
+            const auto tenths = static_cast<long long>(count / 1e8);
+            return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " GB";
+        };
+        throw DeviceError(
+            "synthesise " + text(layout_.size) + " with " + std::to_string(planes_) + " planes on device '" +
+                device_->info().name + "'",
+            "it takes " + gigabytes(bytes(layout_, 1)) + " where " + gigabytes(memory_limit(*device_)) +
+                " may be used, at most " + gigabytes(static_cast<double>(device_->largest_allocation())) +
+                " in one piece",
+            "give a size up to about " + text({fitting, fitting}) + ", or a device with more memory");
+    }
+
+    /// What the level of this number adds to every pixel.
+    [[nodiscard]] std::vector<double> level_mean(const TextureModel& model, std::size_t k) const {
+        // Where there is a basis, the mean is added with it.
+        const bool adds_mean = k + 1 == model.levels.size() && model.basis.planes == 0;
+        return adds_mean ? model.mean : std::vector<double>(static_cast<std::size_t>(modelled_), 0.0);
+    }
+
+    void add_recursions(const TextureModel& model) {
+        for (std::size_t k = 0; k < model.levels.size(); ++k)
+            at_level(k, [&] {
+                CausalRecursion recursion(*device_, joined_planes(model.levels[k].models), layout_.sizes[k],
+                                          model.levels[k].gain, level_mean(model, k));
+                layout_.margins.push_back(recursion.margins());
+                levels_.emplace_back(std::move(recursion));
+            });
+    }
+
+    void add_torus_levels(const TextureModel& model) {
+        double spare = memory_limit(*device_) - bytes(layout_, batch_);
+        for (std::size_t k = 0; k < model.levels.size(); ++k) {
+            const Size t = layout_.transforms[k];
+            const LevelModel& level = model.levels[k];
+            if (layout_.routes[k] == LevelRoute::convolution) {
+                levels_.emplace_back(std::in_place_type<Convolution>, *device_, joined_planes(level.models),
+                                     t, level.gain, level_mean(model, k));
+                continue;
+            }
+            const auto n = static_cast<double>(area(t));
+            const double variance =
+                layout_.routes[k] == LevelRoute::spectrum ? 1.0 / (2.0 * n) : 1.0 / (n * n);
+            SpectralFactors factors(*device_,
+                                    std::vector<SpectralForm>(level.models.begin(), level.models.end()), t,
+                                    level.gain * std::sqrt(variance), level_mean(model, k), spare / 4.0);
+            spare -= factors.stored_bytes();
+            levels_.emplace_back(std::move(factors));
+            static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
+        }
     }
 
     /// All levels of one batch, collapsed: [texture · d + plane].
@@ -201,7 +241,7 @@ class Synthesiser::Impl {
         const int batch = static_cast<int>(seeds.size());
         const Buffer keys = device_->upload(key_words(seeds));
         DevicePlanes sum;
-        for (std::size_t k = factors_.size(); k-- > 0;) {
+        for (std::size_t k = levels_.size(); k-- > 0;) {
             DevicePlanes level = grow_level(k, keys, batch);
             sum = sum.values ? stages_.add_expanded(std::move(level), sum, 1.0F) : std::move(level);
         }
@@ -210,44 +250,65 @@ class Synthesiser::Impl {
 
     [[nodiscard]] DevicePlanes grow_level(std::size_t k, const Buffer& keys, int batch) {
         const Size t = layout_.transforms[k];
-        const int planes = batch * modelled_;
+        const int planes = batch * modelled_, number = static_cast<int>(k);
+        DevicePlanes level{{}, layout_.sizes[k], t, planes};
+        const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(planes) * area(t);
+        if (const auto* factors = std::get_if<SpectralFactors>(&levels_[k])) {
+            level.values = grow_spectrum(*factors, k, keys, batch, bytes);
+        } else {
+            level.values = device_->buffer(bytes);
+            if (const auto* convolution = std::get_if<Convolution>(&levels_[k]))
+                convolution->draw(*device_, level.values, keys, batch, number);
+            else
+                std::get<CausalRecursion>(levels_[k]).draw(*device_, level.values, keys, batch, number);
+        }
+        return level;
+    }
+
+    [[nodiscard]] Buffer grow_spectrum(const SpectralFactors& factors, std::size_t k, const Buffer& keys,
+                                       int batch, std::size_t bytes) {
+        const Size t = layout_.transforms[k];
+        const int planes = batch * modelled_, number = static_cast<int>(k);
         Fft& fft = device_->ffts().plan(*device_, t, device_->options().fft);
         const std::size_t half = sizeof(float) * spectrum_floats(t, planes);
         Buffer images;
         Spectrum spectrum{device_->buffer(half), device_->buffer(half)};
-        const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(planes) * area(t);
-        if (options_.noise_domain == NoiseDomain::spatial) {
+        if (layout_.routes[k] == LevelRoute::transfer) {
             images = device_->buffer(bytes);
-            draw_normal_field(*device_, images, keys, t, modelled_, batch, static_cast<int>(k));
+            draw_normal_field(*device_, images, keys, t, modelled_, batch, number);
             fft.forward(*device_, images, spectrum, planes);
-            factors_[k].filter(*device_, spectrum, batch);
+            factors.filter(*device_, spectrum, batch);
         } else {
-            factors_[k].draw(*device_, spectrum, keys, batch, static_cast<int>(k));
+            factors.draw(*device_, spectrum, keys, batch, number);
             images = device_->buffer(bytes);
         }
         fft.inverse(*device_, spectrum, images, planes);
-        return {std::move(images), layout_.sizes[k], t, planes};
+        return images;
     }
 
     [[nodiscard]] Image download(const DevicePlanes& planes, std::size_t texture) const {
-        Image image(size_, planes_, space_);
+        const Size size = layout_.size;
+        Image image(size, planes_, space_);
         const std::size_t plane_bytes = sizeof(float) * area(planes.lattice);
         const std::size_t offset = texture * static_cast<std::size_t>(planes_) * plane_bytes;
-        if (planes.lattice == size_) {
+        if (planes.lattice == size) {
             device_->read(planes.values, image.values().data(), image.values().size_bytes(), offset);
             return image;
         }
         std::vector<float> plane(area(planes.lattice));
+        const auto pitch = static_cast<std::size_t>(planes.lattice.width);
+        const auto width = static_cast<std::size_t>(size.width);
         for (int p = 0; p < planes_; ++p) {
             device_->read(planes.values, plane.data(), plane_bytes,
                           offset + static_cast<std::size_t>(p) * plane_bytes);
+            const std::span<const float> source(plane);
             const std::span<float> target = image.plane(p);
-            for (std::size_t r = 0; r < static_cast<std::size_t>(size_.height); ++r)
-                std::copy_n(
-                    plane.begin() +
-                        static_cast<std::ptrdiff_t>(r * static_cast<std::size_t>(planes.lattice.width)),
-                    size_.width,
-                    target.begin() + static_cast<std::ptrdiff_t>(r * static_cast<std::size_t>(size_.width)));
+            for (std::size_t r = 0; r < static_cast<std::size_t>(size.height); ++r) {
+                const std::size_t row = r + static_cast<std::size_t>(layout_.crop.row);
+                const auto from =
+                    source.subspan(row * pitch + static_cast<std::size_t>(layout_.crop.column), width);
+                std::copy(from.begin(), from.end(), target.subspan(r * width).begin());
+            }
         }
         return image;
     }
@@ -256,12 +317,10 @@ class Synthesiser::Impl {
     int planes_;    ///< of the picture
     int modelled_;  ///< of the levels
     ColourSpace space_;
-    Size size_;
-    Layout layout_;
-    SynthesisOptions options_;
+    SynthesisLayout layout_;
     PyramidStages stages_;
     int batch_ = 1;
-    std::vector<SpectralFactors> factors_;
+    std::vector<Level> levels_;
     std::optional<PlaneRestorer> restorer_;
 };
 

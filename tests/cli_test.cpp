@@ -121,7 +121,7 @@ TEST(Cli, HelpHasExamplesAndEveryPromisedOption) {
         {{"info"}, {"--json"}},
         {{"synth"},
          {"--output", "--size WxH", "--seed", "--count", "--device SPEC", "--noise-domain frequency|spatial",
-          "--allow-invalid", "--profile", "--json"}},
+          "--method torus|raster", "--allow-invalid", "--profile", "--json"}},
         {{"compare"}, {"--json"}},
     };
     for (auto [words, options] : promised) {
@@ -518,8 +518,7 @@ TEST(Cli, UnwritableOutputs) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
     put_model(folder / "m.json");
-    std::filesystem::create_directory(folder / "folder.png");
-    std::filesystem::create_directory(folder / "folder");
+    std::filesystem::create_directories(folder / "folder" / "m.png");
     std::filesystem::copy_file(data + "/sand.png", folder / "sand.png");
     const std::string sand = bytes_of(folder / "sand.png");
     const Words before = folder.names();
@@ -528,7 +527,7 @@ TEST(Cli, UnwritableOutputs) {
     expect_failure({"fit", "sand.png", "-o", "sand.png"}, 1, "that is the picture", here);
     expect_failure({"fit", "sand.png", "-o", "new.png"}, 1, "name of a picture", here);
     expect_failure({"synth", "m.json", "-o", "absent/t.png"}, 1, "absent", here);
-    expect_failure({"synth", "m.json", "-o", "folder.png"}, 1, "folder", here);
+    expect_failure({"synth", "m.json", "-o", "folder"}, 1, "folder/m.png", here);
     expect_failure({"synth", "m.json", "-o", "t.bogus"}, 1, ".bogus", here);
     expect_failure({"synth", "m.json", "-o", "t"}, 1, "'t'", here);
     EXPECT_EQ(folder.names(), before);

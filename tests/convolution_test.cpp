@@ -11,6 +11,7 @@
 #include "btfield/error.hpp"
 #include "host/independent_planes.hpp"
 #include "host/spectral_factors.hpp"
+#include "host/spectral_form.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/linear_field_cases.hpp"
 #include "tests/reference/moving_average.hpp"
@@ -56,9 +57,10 @@ void expect_reference(Device& device, const LinearField& field, Size size, Reads
     const std::size_t texture = d * area(size);
     for (std::size_t b = 0; b < 2; ++b) {
         const std::span<const float> noise(drawn.noise.data() + b * texture, texture);
-        const std::vector<double> expected = reference::moving_average(field, noise_root(field), size, noise);
+        const std::vector<double> expected =
+            reference::moving_average(field, symmetric_root(noise_matrix(field)), size, noise);
         // A sum of ηd products, each of a rounded coefficient: (ηd + 2) roundings of at most Σ |m n| <= 2 d ·
-        // 6.7, the rows of |A| summing to 2 and those of |L| to at most d.
+        // 6.7, the rows of |A| summing to 2 and those of |Σ^{1/2}| to at most d.
         const double products = static_cast<double>(field.offsets.size() * d);
         const double bound =
             test::unit_roundoff * (products + 2.0) * (2.0 * static_cast<double>(d) * 6.7 + 9.0);

@@ -38,11 +38,16 @@ struct Case {
     int planes, levels;
     Size size;  ///< of the texture to grow
     NoiseDomain domain = NoiseDomain::frequency;
+    ModelKind kind = ModelKind::car3d;
+    SynthesisMethod method = SynthesisMethod::torus;
 };
 
 // Lengths of transforms are few, because each is a kernel of its own to compile.
 const Case colour{"colour, two levels", 3, 2, {16, 16}};
 const Case cropped{"cropped, noise on the lattice", 1, 1, {17, 15}, NoiseDomain::spatial};
+const Case recursion{
+    "recursion", 2, 1, {5, 18}, NoiseDomain::frequency, ModelKind::car2d, SynthesisMethod::raster};
+const Case convolution{"convolution", 2, 1, {8, 16}, NoiseDomain::spatial, ModelKind::ma3d};
 const Case others[] = {
     {"four planes", 4, 1, {8, 16}}, {"six planes", 6, 1, {8, 16}}, {"single pixel", 1, 1, {1, 1}},
     {"row", 1, 1, {1, 16}},         {"column", 1, 1, {15, 1}},
@@ -50,6 +55,7 @@ const Case others[] = {
 
 TextureModel fitted(Device& device, const Case& what) {
     FitOptions options;
+    options.model = what.kind;
     options.order = 1;
     options.levels = what.levels;
     return from_json(to_json(fit(device, texture({24, 20}, what.planes), options)));
@@ -58,6 +64,7 @@ TextureModel fitted(Device& device, const Case& what) {
 Image grown(Device& device, const Case& what) {
     SynthesisOptions options;
     options.noise_domain = what.domain;
+    options.method = what.method;
     Synthesiser synthesiser(device, fitted(device, what), what.size, options);
     const std::uint64_t seeds[] = {1, 2};
     return synthesiser.synthesise(seeds).back();
@@ -86,7 +93,7 @@ TEST(Road, LaunchesKernels) {
 }
 
 TEST(Road, WidthsAgree) {
-    for (const Case& what : {colour, cropped}) {
+    for (const Case& what : {colour, cropped, recursion, convolution}) {
         SCOPED_TRACE(what.name);
         Image reference;
         for (const int width : {1, 4}) {  // the others: synthesis_test.cpp

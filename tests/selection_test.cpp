@@ -367,7 +367,7 @@ TEST(Selection, RefusesWhatCannotBeChosen) {
     refused([](FitOptions& o) { o.order = -1; }, "orders run from 1 to 8");
     // What no candidate can be fitted to is the first one's error.
     for (float& value : image.values()) value = 0.5F;
-    refused([](FitOptions& o) { o.choose_model = true; }, "constant");
+    refused([](FitOptions& o) { o.choose_model = true; }, "all its pixels are equal");
 }
 
 }  // namespace

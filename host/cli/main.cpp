@@ -95,6 +95,7 @@ int run(int argc, char** argv) {
         cli::add_info(app, action);
         cli::add_synth(app, action);
         cli::add_compare(app, action);
+        cli::add_experiment(app, action);
         cli::add_kappa(app, action);
         cli::add_memd(app, action);
         for (CLI::App* command : app.get_subcommands({})) command->fallthrough();

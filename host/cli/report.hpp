@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "btfield/image.hpp"
+#include "host/text_table.hpp"
 
 namespace btfield::cli {
 
@@ -33,11 +34,6 @@ void warn(const std::string& text);
 /// Four significant digits; "-" for what is not a number.
 [[nodiscard]] std::string number_text(double value);
 [[nodiscard]] std::string seconds_text(double seconds);
-
-/// Columns as wide as their widest cell; the first row is the heading.
-/// \param alignment 'l' or 'r' per column; the last letter holds for all columns that follow
-[[nodiscard]] std::string table(const std::vector<std::vector<std::string>>& rows,
-                                std::string_view alignment);
 
 class Stopwatch {
   public:

@@ -3,8 +3,13 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
+#include <system_error>
+#include <utility>
+#include <vector>
 
+#include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
 #include "btfield/synthesis.hpp"
@@ -18,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-    std::string model, output, device;
+    std::vector<std::string> models;
+    std::string output, device;
     std::optional<Size> size;
     std::uint64_t seed = 0;
     std::optional<int> count;
@@ -26,9 +32,15 @@ struct Options {
     bool profile = false, json = false;
 };
 
-struct Result {
+/// One model's textures.
+struct Job {
+    std::string file;
+    TextureModel model;
+    Size size;
     std::vector<fs::path> outputs;
     std::vector<std::uint64_t> seeds;
+    bool tileable = false;
+    Size lattice;
     std::uintmax_t clamped_pixels = 0;
     double setup = 0.0, synthesis = 0.0, write = 0.0, total = 0.0;
 };
@@ -43,93 +55,136 @@ fs::path numbered(const fs::path& path, int index, int count) {
     return path.parent_path() / name;
 }
 
-Result plan(const Options& options, const TextureModel& model) {
-    Result result;
-    const int count = options.count.value_or(1);
-    for (int i = 0; i < count; ++i) {
-        result.outputs.push_back(options.count ? numbered(options.output, i, count)
-                                               : fs::path(options.output));
-        result.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
-        check_writable(result.outputs.back(), model.planes, model.provenance.type);
-    }
-    return result;
+/// The format that holds what was analysed, for textures whose name is not given.
+const char* extension(const TextureModel& model) {
+    const PixelType type = model.provenance.type;
+    if (type == PixelType::half || type == PixelType::float32) return ".exr";
+    return model.planes == 1 || model.planes == 3 ? ".png" : ".tif";
 }
 
-void synthesise(Synthesiser& synthesiser, PixelType type, Result& result) {
-    Progress bar;
-    const std::size_t count = result.seeds.size();
+/// What the error says, of this model where there are several.
+template <class Work>
+void about(const Options& options, const std::string& file, Work work) {
+    try {
+        work();
+    } catch (const InputError& error) {
+        if (options.models.size() == 1 || error.asked().find(file) != std::string::npos) throw;
+        throw InputError("'" + file + "': " + error.asked(), error.found(), error.remedy());
+    }
+}
+
+/// Reads and checks all models and all names of outputs, before any work is done.
+std::vector<Job> plan(const Options& options) {
+    std::error_code error;
+    const bool folder = fs::is_directory(options.output, error);
+    if (options.models.size() > 1 && !folder)
+        throw UsageError("--output: '" + options.output + "' is no folder, as several models need");
+    const int count = options.count.value_or(1);
+    std::vector<Job> jobs;
+    std::set<fs::path> names;
+    for (const std::string& file : options.models) {
+        Job job;
+        job.file = file;
+        about(options, file, [&] {
+            job.model = read_model(file);
+            job.size = options.size.value_or(job.model.size);
+            check_synthesis(job.model, job.size, options.synthesis);
+        });
+        const fs::path output = folder
+                                    ? options.output / fs::path(file).stem().concat(extension(job.model))
+                                    : fs::path(options.output);
+        for (int i = 0; i < count; ++i) {
+            job.outputs.push_back(options.count ? numbered(output, i, count) : output);
+            job.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
+            if (!names.insert(job.outputs.back()).second)
+                throw UsageError("two models would have the texture '" + job.outputs.back().string() + "'");
+            check_writable(job.outputs.back(), job.model.planes, job.model.provenance.type);
+        }
+        jobs.push_back(std::move(job));
+    }
+    return jobs;
+}
+
+void grow(Device& device, const Options& options, Job& job, Progress& bar, double done, double share) {
+    const Stopwatch total, setup;
+    bar.show(done, fs::path(job.file).filename().string());
+    Synthesiser synthesiser(device, job.model, job.size, options.synthesis);
+    job.setup += setup.seconds();
+    job.tileable = synthesiser.tileable();
+    job.lattice = synthesiser.lattice();
+    const std::size_t count = job.seeds.size();
     const auto batch = static_cast<std::size_t>(std::max(1, synthesiser.batch()));
     for (std::size_t start = 0; start < count; start += batch) {
         const std::size_t n = std::min(batch, count - start);
-        bar.show(static_cast<double>(start) / static_cast<double>(count),
+        bar.show(done + share * static_cast<double>(start) / static_cast<double>(count),
                  "texture " + std::to_string(start + 1) + " of " + std::to_string(count));
         const Stopwatch synthesis;
         const std::vector<Image> textures =
-            synthesiser.synthesise(std::span<const std::uint64_t>(result.seeds).subspan(start, n));
-        result.synthesis += synthesis.seconds();
+            synthesiser.synthesise(std::span<const std::uint64_t>(job.seeds).subspan(start, n));
+        job.synthesis += synthesis.seconds();
         const Stopwatch writing;
         for (std::size_t i = 0; i < n; ++i) {
-            result.clamped_pixels +=
-                write_picture(result.outputs[start + i], textures[i], type).clamped_pixels;
+            job.clamped_pixels +=
+                write_picture(job.outputs[start + i], textures[i], job.model.provenance.type).clamped_pixels;
         }
-        result.write += writing.seconds();
+        job.write += writing.seconds();
     }
+    job.total += total.seconds();
 }
 
 /// Why the edges of a texture do not meet, and which sides would.
-std::string tiling_text(const Synthesiser& synthesiser, const TextureModel& model) {
-    if (synthesiser.tileable()) return "Opposite edges continue each other: it tiles.";
-    const Size lattice = synthesiser.lattice();
+std::string tiling_text(const Job& job, SynthesisMethod method) {
+    if (job.tileable) return "Opposite edges continue each other: it tiles.";
+    if (method == SynthesisMethod::raster)
+        return "It does not tile: a raster recursion has borders (--method torus has none).";
     std::string text = "It does not tile: ";
-    text += size_text(synthesiser.size()) + " is cut out of " + size_text(lattice);
+    text += size_text(job.size) + " is cut out of " + size_text(job.lattice);
     text += ", which would tile";
-    if (model.levels.size() > 1) {
-        text += " (sides that tile are multiples of " + std::to_string(model.factor) + "^" +
-                std::to_string(model.levels.size() - 1) + ")";
+    if (job.model.levels.size() > 1) {
+        text += " (sides that tile are multiples of " + std::to_string(job.model.factor) + "^" +
+                std::to_string(job.model.levels.size() - 1) + ")";
     }
     return text + ".";
 }
 
-void report_json(const Result& result, const Synthesiser& synthesiser, const Device& device) {
+Json job_json(const Job& job, const Device& device) {
     Json outputs = Json::array();
-    for (const fs::path& output : result.outputs) outputs.push_back(output.string());
+    for (const fs::path& output : job.outputs) outputs.push_back(output.string());
     Json seconds;
-    seconds["setup"] = result.setup;
-    seconds["per_texture"] = result.synthesis / static_cast<double>(result.seeds.size());
-    seconds["write"] = result.write;
-    seconds["total"] = result.total;
+    seconds["setup"] = job.setup;
+    seconds["per_texture"] = job.synthesis / static_cast<double>(job.seeds.size());
+    seconds["write"] = job.write;
+    seconds["total"] = job.total;
     Json object;
     object["outputs"] = std::move(outputs);
-    object["size"] = size_json(synthesiser.size());
-    object["seeds"] = result.seeds;
-    object["tileable"] = synthesiser.tileable();
-    object["clamped_pixels"] = result.clamped_pixels;
+    object["size"] = size_json(job.size);
+    object["seeds"] = job.seeds;
+    object["tileable"] = job.tileable;
+    object["clamped_pixels"] = job.clamped_pixels;
     object["device"] = device.info().name;
     object["seconds"] = std::move(seconds);
-    emit_json(object);
+    return object;
 }
 
-void report_text(const Result& result, const Synthesiser& synthesiser, const TextureModel& model,
-                 const Device& device) {
-    const std::size_t count = result.outputs.size();
-    std::string text = "wrote " + result.outputs.front().string();
+std::string job_text(const Job& job, SynthesisMethod method, const Device& device) {
+    const std::size_t count = job.outputs.size();
+    std::string text = "wrote " + job.outputs.front().string();
     if (count > 1)
-        text +=
-            " to " + result.outputs.back().filename().string() + ", " + std::to_string(count) + " textures";
-    text += ": " + size_text(synthesiser.size()) + " pixels, " + std::to_string(model.planes) +
-            (model.planes == 1 ? " plane" : " planes") + ", seed " + std::to_string(result.seeds.front());
-    if (count > 1) text += " to " + std::to_string(result.seeds.back());
-    text += ", on " + device.info().name + "\n" + tiling_text(synthesiser, model) + "\n";
-    if (result.clamped_pixels > 0) {
-        const double all = static_cast<double>(area(synthesiser.size())) * static_cast<double>(count);
-        text += std::to_string(result.clamped_pixels) + " pixels (" +
-                number_text(100.0 * static_cast<double>(result.clamped_pixels) / all) +
+        text += " to " + job.outputs.back().filename().string() + ", " + std::to_string(count) + " textures";
+    text += ": " + size_text(job.size) + " pixels, " + std::to_string(job.model.planes) +
+            (job.model.planes == 1 ? " plane" : " planes") + ", seed " + std::to_string(job.seeds.front());
+    if (count > 1) text += " to " + std::to_string(job.seeds.back());
+    text += ", on " + device.info().name + "\n" + tiling_text(job, method) + "\n";
+    if (job.clamped_pixels > 0) {
+        const double all = static_cast<double>(area(job.size)) * static_cast<double>(count);
+        text += std::to_string(job.clamped_pixels) + " pixels (" +
+                number_text(100.0 * static_cast<double>(job.clamped_pixels) / all) +
                 " %) had values outside of [0, 1] and were clamped; EXR and float TIFF keep them\n";
     }
-    text += "set-up " + seconds_text(result.setup) + ", " +
-            seconds_text(result.synthesis / static_cast<double>(count)) + " per texture, write " +
-            seconds_text(result.write) + ", total " + seconds_text(result.total) + "\n";
-    emit_text(text);
+    text += "set-up " + seconds_text(job.setup) + ", " +
+            seconds_text(job.synthesis / static_cast<double>(count)) + " per texture, write " +
+            seconds_text(job.write) + ", total " + seconds_text(job.total) + "\n";
+    return text;
 }
 
 void report_profile(const std::vector<ProfileEntry>& profile) {
@@ -149,26 +204,39 @@ void run(const Options& options) {
     if (options.seed > std::numeric_limits<std::uint64_t>::max() - last) {
         throw UsageError("--seed: the seed of the last texture is beyond 18446744073709551615");
     }
-    const TextureModel model = read_model(options.model);
-    Result result = plan(options, model);
+    std::vector<Job> jobs = plan(options);
     preload_picture_formats();  // while the device opens
 
     const Stopwatch setup;
     DeviceOptions device_options;
     device_options.profile = options.profile;
     Device device(options.device, device_options);
-    Synthesiser synthesiser(device, model, options.size.value_or(model.size), options.synthesis);
-    result.setup = setup.seconds();
-
-    synthesise(synthesiser, model.provenance.type, result);
-    result.total = total.seconds();
-    if (!is_valid(model))
-        warn("'" + options.model + "' is not certified; its textures may be far from the picture");
+    jobs.front().setup = setup.seconds();
+    jobs.front().total = total.seconds();
+    {
+        Progress bar;
+        const double share = 1.0 / static_cast<double>(jobs.size());
+        for (std::size_t i = 0; i < jobs.size(); ++i)
+            about(options, jobs[i].file,
+                  [&] { grow(device, options, jobs[i], bar, share * static_cast<double>(i), share); });
+    }
+    Json objects = Json::array();
+    std::string text;
+    for (const Job& job : jobs) {
+        if (!is_valid(job.model))
+            warn("'" + job.file + "' is not certified; its textures may be far from the picture");
+        objects.push_back(job_json(job, device));
+        text += job_text(job, options.synthesis.method, device);
+    }
     if (options.profile) report_profile(device.take_profile());
-    if (options.json) {
-        report_json(result, synthesiser, device);
+    if (!options.json) {
+        emit_text(text);
+    } else if (jobs.size() == 1) {
+        emit_json(objects.front());
     } else {
-        report_text(result, synthesiser, model, device);
+        Json object;
+        object["syntheses"] = std::move(objects);
+        emit_json(object);
     }
 }
 
@@ -177,10 +245,13 @@ void run(const Options& options) {
 void add_synth(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("synth", "grow new texture from a model");
     const auto options = std::make_shared<Options>();
-    command->add_option("MODEL", options->model, "model file")->required()->type_name("");
+    command->add_option("MODEL", options->models, "model file")->required()->type_name("");
     command
-        ->add_option("-o,--output", options->output,
-                     "picture; its extension says the format: png, jpg, tif, exr, hdr, ppm")
+        ->add_option(
+            "-o,--output", options->output,
+            "picture; its extension says the format: png, jpg, tif, exr, hdr, ppm; a folder takes "
+            "NAME.png of every model, NAME.exr where floats were analysed, NAME.tif where PNG has no "
+            "room for the planes")
         ->required()
         ->type_name("IMAGE");
     add_size(*command, "--size", options->size,
@@ -188,10 +259,15 @@ void add_synth(CLI::App& app, Action& action) {
     add_uint64(*command, "--seed", options->seed, "which texture (default: 0)");
     add_int(*command, "--count", options->count, 1, 1000000,
             "this many textures, of seeds N, N + 1, ...; a zero-padded number goes before the extension");
+    add_choice<SynthesisMethod>(
+        *command, "--method", options->synthesis.method,
+        {{"torus", SynthesisMethod::torus}, {"raster", SynthesisMethod::raster}},
+        "solve in frequency, or run car models pixel after pixel, which does not tile (default: torus)");
     add_choice<NoiseDomain>(
         *command, "--noise-domain", options->synthesis.noise_domain,
         {{"frequency", NoiseDomain::frequency}, {"spatial", NoiseDomain::spatial}},
-        "where the white noise is drawn; spatial costs one more transform (default: frequency)");
+        "where the white noise is drawn: spatial costs one more transform, or none of ma models with small "
+        "supports; raster is always spatial (default: frequency)");
     command->add_flag("--allow-invalid", options->synthesis.allow_invalid,
                       "synthesise although the model's certificate fails");
     command->add_flag("--profile", options->profile, "print the time of every kernel to standard error");
@@ -202,7 +278,9 @@ void add_synth(CLI::App& app, Action& action) {
         "  btfield synth cork.json -o cork-4x.png --size 2048x2048\n"
         "  btfield synth cork.json -o variant.png --count 16 --seed 100     writes variant-00.png to "
         "variant-15.png\n"
-        "  btfield synth cork.btfm -o cork.exr --device gpu --profile");
+        "  btfield synth cork.btfm -o cork.exr --device gpu --profile\n"
+        "  btfield synth cork.json -o cork.png --method raster\n"
+        "  btfield synth models/*.json -o textures/ --size 1024x1024");
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

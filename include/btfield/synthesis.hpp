@@ -20,35 +20,60 @@ enum class NoiseDomain {
     spatial,    ///< noise on the lattice, then its transform (the papers' steps 1 and 2)
 };
 
+/// On what a causal autoregressive model lives (MODELS section 6).
+enum class SynthesisMethod {
+    torus,   ///< every model; opposite edges can continue each other
+    raster,  ///< pixel after pixel from the rows above, as the papers do (P4 eq. 10), begun beyond the
+             ///< border; noise is drawn on the lattice. Same covariance, other pictures; does not tile. CAR
+             ///< only
+};
+
+/// How a moving average is grown from noise that was drawn on the lattice. The pictures agree to 1e-5 of full
+/// scale.
+enum class MovingAverageRoute {
+    automatic,    ///< whichever is expected to be faster for the model's support
+    convolution,  ///< summed up offset by offset
+    transfer,     ///< multiplied in frequency by the transfer function
+};
+
 struct SynthesisOptions {
     NoiseDomain noise_domain = NoiseDomain::frequency;
     bool allow_invalid = false;  ///< synthesise although a certificate fails
+    SynthesisMethod method = SynthesisMethod::torus;
+    /// Counts where the noise is spatial only: drawn in frequency, it takes the transfer function.
+    MovingAverageRoute moving_average = MovingAverageRoute::automatic;
 };
+
+/// Whether a model can be grown as asked, as far as that can be told without a device.
+/// \throws InputError when a certificate fails (unless allowed), a side is < 1 or too long, or raster is
+/// asked of
+///         a model that is not CAR or whose recursion is not stable
+void check_synthesis(const TextureModel& model, Size size, const SynthesisOptions& options = {});
 
 /// Holds plans and per-frequency factors for one model and size; textures of a seed or a batch of seeds reuse
 /// them.
 class Synthesiser {
   public:
-    /// \throws InputError when a certificate fails (unless allowed) or a side is < 1; DeviceError when the
-    /// device's
-    ///         memory cannot hold the work: the message says which square would fit.
+    /// \throws InputError as check_synthesis() does; DeviceError when the device's memory cannot hold the
+    /// work:
+    ///         the message says which square would fit.
     Synthesiser(Device& device, const TextureModel& model, Size size, const SynthesisOptions& options = {});
     ~Synthesiser();
     Synthesiser(Synthesiser&&) noexcept;
     Synthesiser& operator=(Synthesiser&&) noexcept;
 
-    /// Texture of one seed: a pure function of (model, size, noise domain, seed), to 1e-5 of full scale on
-    /// any device.
+    /// Texture of one seed: a pure function of (model, size, method, noise domain, seed), to 1e-5 of full
+    /// scale on any device.
     [[nodiscard]] Image synthesise(std::uint64_t seed);
     /// One texture per seed, each equal to synthesise(seed).
     [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds);
 
     [[nodiscard]] Size size() const;
-    /// Lattice that is computed before cropping; equals size() when that suits pyramid and FFT.
+    /// Lattice that is computed before cropping; on a torus it equals size() when that suits pyramid and FFT.
     [[nodiscard]] Size lattice() const;
     /// True when opposite edges of the result continue each other.
     [[nodiscard]] bool tileable() const;
-    /// Seeds that are computed together at most, as the device's memory allows.
+    /// Seeds that are computed together at most, as the device's memory and caches allow.
     [[nodiscard]] int batch() const;
 
   private:

@@ -1,0 +1,218 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "btfield/experiment.hpp"
+#include "host/experiment/config_text.hpp"
+#include "host/strict_json.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// A value of the configuration that knows where it stands.
+class Entry {
+  public:
+    Entry(const json& value, std::string place, const std::string& asked)
+        : value_(value), place_(std::move(place)), asked_(asked) {}
+
+    [[noreturn]] void fail(const std::string& found) const {
+        throw InputError(asked_, place_.empty() ? found : place_ + " " + found,
+                         "see docs/experiments.md for what a configuration holds");
+    }
+    [[nodiscard]] bool holds(const char* key) const { return value_.contains(key); }
+    [[nodiscard]] Entry operator[](const char* key) const {
+        if (!holds(key)) fail("lacks the key '" + std::string(key) + "'");
+        return {value_[key], place_.empty() ? std::string(key) : place_ + "." + key, asked_};
+    }
+    void check_keys(std::initializer_list<const char*> known) const {
+        if (!value_.is_object()) fail("is no object");
+        for (const auto& item : value_.items()) {
+            if (std::find(known.begin(), known.end(), item.key()) != known.end()) continue;
+            std::string list;
+            for (const char* key : known) list += (list.empty() ? "" : ", ") + std::string(key);
+            fail("has the unknown key '" + printable(item.key()) + "' (known: " + list + ")");
+        }
+    }
+    [[nodiscard]] std::vector<Entry> items() const {
+        if (!value_.is_array() || value_.empty()) fail("is no list with at least one entry");
+        std::vector<Entry> entries;
+        for (std::size_t i = 0; i < value_.size(); ++i) {
+            entries.emplace_back(value_[i], place_ + "[" + std::to_string(i) + "]", asked_);
+        }
+        return entries;
+    }
+    [[nodiscard]] std::string text() const {
+        if (!value_.is_string() || value_.get_ref<const std::string&>().empty()) fail("is no text");
+        return value_.get<std::string>();
+    }
+    [[nodiscard]] bool is_text(std::string_view word) const {
+        return value_.is_string() && value_.get_ref<const std::string&>() == word;
+    }
+    [[nodiscard]] bool flag() const {
+        if (!value_.is_boolean()) fail("is neither true nor false");
+        return value_.get<bool>();
+    }
+    [[nodiscard]] std::uint64_t whole(std::uint64_t lowest, std::uint64_t highest) const {
+        if (!value_.is_number_unsigned() || value_.get<std::uint64_t>() < lowest ||
+            value_.get<std::uint64_t>() > highest) {
+            fail("is " + printable(value_.dump()) + ", not a whole number from " + std::to_string(lowest) +
+                 " to " + std::to_string(highest));
+        }
+        return value_.get<std::uint64_t>();
+    }
+    [[nodiscard]] int integer(int lowest, int highest) const {
+        return static_cast<int>(
+            whole(static_cast<std::uint64_t>(lowest), static_cast<std::uint64_t>(highest)));
+    }
+    [[nodiscard]] double positive() const {
+        if (!value_.is_number() || !(value_.get<double>() > 0.0) || !std::isfinite(value_.get<double>())) {
+            fail("is no number above 0");
+        }
+        return value_.get<double>();
+    }
+    /// One of the values, by name.
+    template <class Value>
+    [[nodiscard]] Value one_of(const std::vector<Value>& values) const {
+        std::string list;
+        for (const Value& value : values) {
+            if (is_text(name(value))) return value;
+            list += (list.empty() ? "" : ", ") + std::string(name(value));
+        }
+        fail("is " + printable(value_.dump()) + ", none of " + list);
+    }
+    /// A list without repetitions.
+    template <class Read>
+    [[nodiscard]] auto list(const Read& read) const {
+        std::vector<decltype(read(*this))> values;
+        for (const Entry& entry : items()) {
+            const auto value = read(entry);
+            if (std::find(values.begin(), values.end(), value) != values.end()) {
+                entry.fail("repeats an earlier entry");
+            }
+            values.push_back(value);
+        }
+        return values;
+    }
+
+  private:
+    const json& value_;
+    std::string place_;
+    const std::string& asked_;
+};
+
+std::string bytes_of(const fs::path& path, const std::string& asked) {
+    std::error_code error;
+    if (!fs::is_regular_file(path, error)) {
+        throw InputError(asked, fs::exists(path, error) ? "it is no file" : "there is no such file",
+                         "give the path of an experiment's configuration");
+    }
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    if (!file) throw InputError(asked, "it cannot be read", "make it readable");
+    return bytes;
+}
+
+json parsed(const std::string& text, const std::string& asked) {
+    try {
+        return parse_strictly(text, asked);
+    } catch (const InputError& error) {
+        throw InputError(asked, error.found(), "write the configuration as docs/experiments.md describes it");
+    }
+}
+
+ExperimentPictures pictures_of(const Entry& entry) {
+    constexpr int most = std::numeric_limits<int>::max();
+    entry.check_keys({"material", "files", "crop", "white"});
+    ExperimentPictures pictures;
+    pictures.material = entry["material"].text();
+    pictures.files = entry["files"].list([](const Entry& file) { return file.text(); });
+    if (entry.holds("crop")) {
+        const std::vector<Entry> sides = entry["crop"].items();
+        if (sides.size() != 4) entry["crop"].fail("is not [x, y, width, height]");
+        pictures.crop = Crop{sides[0].integer(0, most), sides[1].integer(0, most), sides[2].integer(1, most),
+                             sides[3].integer(1, most)};
+    }
+    if (entry.holds("white")) pictures.white = entry["white"].positive();
+    return pictures;
+}
+
+std::vector<ModelKind> all_models() {
+    const auto kinds = model_kinds();
+    return {kinds.begin(), kinds.end()};
+}
+
+const std::vector<EstimatorChoice>& all_estimators() {
+    static const std::vector<EstimatorChoice> all{EstimatorChoice::automatic, EstimatorChoice::least_squares,
+                                                  EstimatorChoice::maximum_likelihood};
+    return all;
+}
+
+}  // namespace
+
+ExperimentConfig read_experiment(const fs::path& path) {
+    const std::string asked = "read the experiment '" + path.string() + "'";
+    ExperimentConfig config = experiment_from_text(
+        bytes_of(path, asked), fs::absolute(path).parent_path().lexically_normal(), asked);
+    if (config.name.empty()) config.name = path.stem().string();
+    return config;
+}
+
+ExperimentConfig experiment_from_text(const std::string& text, const fs::path& folder,
+                                      const std::string& asked) {
+    ExperimentConfig config;
+    config.text = text;
+    config.folder = folder;
+    const json document = parsed(config.text, asked);
+    const Entry root(document, "", asked);
+    root.check_keys({"name", "pictures", "models", "orders", "levels", "estimators", "marginals", "seeds",
+                     "factor", "noise", "gains", "metric", "size", "allow_invalid"});
+
+    if (root.holds("name")) config.name = root["name"].text();
+    for (const Entry& entry : root["pictures"].items()) config.pictures.push_back(pictures_of(entry));
+    if (root.holds("models") && root["models"].is_text("all")) {
+        config.models = all_models();
+    } else {
+        config.models = root["models"].list([](const Entry& model) { return model.one_of(all_models()); });
+    }
+    config.orders = root["orders"].list([](const Entry& order) { return order.integer(1, max_order); });
+    config.levels = root["levels"].list([](const Entry& levels) { return levels.integer(0, 30); });
+    if (root.holds("estimators")) {
+        config.estimators =
+            root["estimators"].list([](const Entry& choice) { return choice.one_of(all_estimators()); });
+    }
+    if (root.holds("marginals")) {
+        config.marginals = root["marginals"].list([](const Entry& mode) {
+            return mode.one_of<MarginalMode>({MarginalMode::match, MarginalMode::none});
+        });
+    }
+    if (root.holds("seeds")) {
+        // SQLite's integers have a sign.
+        constexpr std::uint64_t most = std::numeric_limits<std::int64_t>::max();
+        config.seeds = root["seeds"].list([](const Entry& seed) { return seed.whole(0, most); });
+    }
+    if (root.holds("factor")) config.factor = root["factor"].integer(2, 1024);
+    if (root.holds("noise"))
+        config.noise = root["noise"].one_of<NoiseForm>({NoiseForm::full, NoiseForm::diagonal});
+    if (root.holds("gains")) config.gains = root["gains"].one_of<GainMode>({GainMode::match, GainMode::none});
+    if (root.holds("metric"))
+        config.metric = root["metric"].one_of<Metric>({Metric::max, Metric::l1, Metric::l2});
+    if (root.holds("size")) {
+        const std::vector<Entry> sides = root["size"].items();
+        constexpr int most = std::numeric_limits<int>::max();
+        if (sides.size() != 2) root["size"].fail("is not [width, height]");
+        config.size = Size{sides[1].integer(1, most), sides[0].integer(1, most)};
+    }
+    if (root.holds("allow_invalid")) config.allow_invalid = root["allow_invalid"].flag();
+    return config;
+}
+
+}  // namespace btfield

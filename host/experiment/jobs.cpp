@@ -1,0 +1,166 @@
+#include "host/experiment/jobs.hpp"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "btfield/error.hpp"
+#include "host/parallel.hpp"
+#include "host/sha256.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// CAR models are estimated by least squares, moving averages by random decrement, whatever is asked.
+bool has_one_estimator(ModelKind kind) {
+    const std::string_view text = name(kind);
+    return text.ends_with("-car") || text.ends_with("-ma");
+}
+
+[[noreturn]] void fail(const std::string& pattern, const std::string& found, const std::string& remedy) {
+    throw InputError("find the pictures '" + pattern + "'", found, remedy);
+}
+
+std::vector<fs::path> matches(const fs::path& folder, const std::string& pattern) {
+    // The folder is no pattern, whatever characters it holds.
+    std::string full;
+    if (!fs::path(pattern).is_absolute()) {
+        for (const char c : folder.string()) {
+            if (std::string_view("*?[]\\").find(c) != std::string_view::npos) full += '\\';
+            full += c;
+        }
+        full += "/";
+    }
+    full += pattern;
+    glob_t found{};
+    const int code = ::glob(full.c_str(), GLOB_ERR, nullptr, &found);
+    std::vector<fs::path> files;
+    for (std::size_t i = 0; code == 0 && i < found.gl_pathc; ++i) files.emplace_back(found.gl_pathv[i]);
+    ::globfree(&found);
+    if (code == GLOB_NOMATCH) {
+        fail(pattern, "there is none in '" + folder.string() + "'",
+             "correct the pattern, which is relative to the configuration's folder");
+    }
+    if (code != 0) fail(pattern, "a folder cannot be read", "make it readable or correct the pattern");
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+}  // namespace
+
+bool same_fit(const JobSettings& a, const JobSettings& b) {
+    JobSettings twin = b;
+    twin.seed = a.seed;
+    return a == twin;
+}
+
+std::string_view name(JobStatus status) {
+    switch (status) {
+        case JobStatus::done:
+            return "done";
+        case JobStatus::refused:
+            return "refused";
+        case JobStatus::failed:
+            break;
+    }
+    return "failed";
+}
+
+JobStatus job_status(std::string_view text) {
+    for (const JobStatus status : {JobStatus::done, JobStatus::refused, JobStatus::failed}) {
+        if (name(status) == text) return status;
+    }
+    throw InputError("read the status of a job", "'" + std::string(text) + "' is none",
+                     "use a database that btfield wrote");
+}
+
+std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
+    std::vector<int> orders = config.orders;
+    std::sort(orders.rbegin(), orders.rend());
+    std::vector<JobSettings> all;
+    std::set<std::string> seen;
+    for (const MarginalMode marginals : config.marginals) {
+        for (const int order : orders) {
+            for (const int levels : config.levels) {
+                for (const ModelKind model : config.models) {
+                    std::vector<EstimatorChoice> estimators = config.estimators;
+                    if (has_one_estimator(model)) estimators = {EstimatorChoice::automatic};
+                    for (const EstimatorChoice estimator : estimators) {
+                        for (const std::uint64_t seed : config.seeds) {
+                            all.push_back({model, order, levels, estimator, marginals, seed});
+                        }
+                    }
+                }
+            }
+        }
+    }
+    return all;
+}
+
+std::string settings_text(const ExperimentConfig& config, const JobSettings& settings) {
+    json object;  // keeps its keys sorted
+    object["model"] = name(settings.model);
+    object["order"] = settings.order;
+    object["levels"] = settings.levels;
+    object["estimator"] = name(settings.estimator);
+    object["marginals"] = name(settings.marginals);
+    object["seed"] = settings.seed;
+    object["factor"] = config.factor;
+    object["noise"] = name(config.noise);
+    object["gains"] = name(config.gains);
+    object["metric"] = name(config.metric);
+    object["size"] = config.size ? json::array({config.size->width, config.size->height}) : json(nullptr);
+    object["allow_invalid"] = config.allow_invalid;
+    return object.dump();
+}
+
+std::string job_key(const std::string& picture, const std::string& settings) {
+    return sha256(picture + "\n" + settings);
+}
+
+std::string crop_text(const std::optional<Crop>& crop) {
+    if (!crop) return {};
+    return std::to_string(crop->x) + "," + std::to_string(crop->y) + "," + std::to_string(crop->width) + "," +
+           std::to_string(crop->height);
+}
+
+std::string picture_identity(const std::string& content, const std::optional<Crop>& crop, double white) {
+    return sha256(content + "\n" + crop_text(crop) + "\n" + json(white).dump());
+}
+
+std::vector<PictureSource> picture_sources(const ExperimentConfig& config) {
+    std::vector<PictureSource> sources;
+    std::set<std::pair<std::string, std::string>> seen;
+    for (const ExperimentPictures& entry : config.pictures) {
+        for (const std::string& pattern : entry.files) {
+            for (const fs::path& file : matches(config.folder, pattern)) {
+                PictureSource source;
+                source.file = file;
+                source.name = fs::path(pattern).is_absolute()
+                                  ? file.string()
+                                  : file.lexically_relative(config.folder).string();
+                source.material = entry.material;
+                source.crop = entry.crop;
+                source.white = entry.white;
+                if (!seen.emplace(source.name, crop_text(source.crop)).second) {
+                    fail(pattern, "'" + source.name + "' is named twice", "name every picture once");
+                }
+                sources.push_back(std::move(source));
+            }
+        }
+    }
+    for_each_block(static_cast<int>(sources.size()), [&](int i) {
+        PictureSource& source = sources[static_cast<std::size_t>(i)];
+        source.content = sha256_of_file(source.file);
+        source.picture = picture_identity(source.content, source.crop, source.white);
+    });
+    return sources;
+}
+
+}  // namespace btfield

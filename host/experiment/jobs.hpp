@@ -1,0 +1,127 @@
+#pragma once
+
+/// \file
+/// What an experiment consists of: pictures, jobs, and the names under which results are kept.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "btfield/experiment.hpp"
+
+namespace btfield {
+
+/// A picture that the configuration names.
+struct PictureSource {
+    std::string name;  ///< path as the configuration leads to it: relative where it is
+    std::filesystem::path file;
+    std::string material;
+    std::optional<Crop> crop;
+    double white = 1.0;
+    std::string content;  ///< SHA-256 of the file
+    std::string picture;  ///< SHA-256 of content, crop and white level: what results depend on
+};
+
+/// What distinguishes the jobs of one picture.
+struct JobSettings {
+    ModelKind model = ModelKind::car3d;
+    int order = 1;
+    int levels = 1;
+    EstimatorChoice estimator = EstimatorChoice::automatic;
+    MarginalMode marginals = MarginalMode::match;
+    std::uint64_t seed = 0;
+    friend bool operator==(const JobSettings&, const JobSettings&) = default;
+};
+
+/// True when both textures come from one model.
+[[nodiscard]] bool same_fit(const JobSettings& a, const JobSettings& b);
+
+enum class JobStatus { done, refused, failed };
+[[nodiscard]] std::string_view name(JobStatus status);
+[[nodiscard]] JobStatus job_status(std::string_view name);
+
+/// One row of the database.
+struct JobResult {
+    std::string key;
+    std::string picture;
+    JobSettings settings;
+    std::string metric;
+    std::string
+        settings_text;  ///< all of them, those of the configuration too: with `picture` what `key` stands for
+    JobStatus status = JobStatus::failed;
+    std::string reason;  ///< why it is not done
+
+    // Of the model; absent where there is none.
+    std::optional<bool> valid;
+    std::optional<double> min_singular;
+    std::optional<int> zeros;
+    std::optional<double> lowest_ratio,
+        highest_ratio;                      ///< certificate's variance ratios over levels and planes
+    std::optional<std::string> estimators;  ///< per level, finest first: "ls,ml"
+    std::optional<int> fitted_levels;
+    std::optional<std::uint64_t> parameters;
+
+    // Of the texture, as it would be stored in the picture's type.
+    std::optional<double> memd, memd_star;
+    std::optional<double> variance_ratio;  ///< texture's variance / picture's, mean over planes
+    std::optional<double> lag_covariance_error, spectral_covariance_error;
+    std::optional<std::uint64_t> clamped_pixels;
+
+    // Times and surroundings: no part of any comparison.
+    double fit_seconds = 0.0;  ///< of the model, divided among its textures
+    double synthesis_seconds = 0.0, memd_seconds = 0.0;
+    std::string device;
+};
+
+/// What the picture itself says.
+struct PictureFacts {
+    std::string picture;
+    double kappa = 0.0;  ///< κ(256)
+    Size size;
+    int planes = 0;
+};
+
+/// A texture in a file of its own.
+struct KeptTexture {
+    std::string picture, model, marginals, metric;
+    std::string key;   ///< of the job
+    std::string file;  ///< absolute path
+};
+
+/// Work on one picture.
+struct WorkUnit {
+    PictureSource source;
+    std::vector<JobSettings> jobs;  ///< those of one fit follow each other
+    bool keep = false;              ///< write the textures to files instead of measuring them
+};
+
+/// What a unit has brought so far.
+struct WorkReport {
+    std::optional<PictureFacts> facts;
+    std::vector<JobResult> results;
+    std::vector<KeptTexture> kept;
+    std::string trouble;  ///< why a texture could not be kept
+};
+
+/// All jobs of a picture in the order of work: of one fit together, of larger orders before smaller ones,
+/// since their lag covariances contain those of the smaller. The estimator is `automatic` for models that
+/// have but one.
+[[nodiscard]] std::vector<JobSettings> job_settings(const ExperimentConfig& config);
+
+/// Canonical JSON text of all that a texture depends on besides the picture.
+[[nodiscard]] std::string settings_text(const ExperimentConfig& config, const JobSettings& settings);
+[[nodiscard]] std::string job_key(const std::string& picture, const std::string& settings_text);
+
+/// Expands the patterns, sorted by name within each entry, and names the contents.
+/// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same
+/// picture.
+[[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config);
+
+/// "x,y,w,h", or nothing.
+[[nodiscard]] std::string crop_text(const std::optional<Crop>& crop);
+[[nodiscard]] std::string picture_identity(const std::string& content, const std::optional<Crop>& crop,
+                                           double white);
+
+}  // namespace btfield

@@ -1,0 +1,347 @@
+#include "host/experiment/picture_work.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <new>
+#include <span>
+#include <utility>
+
+#include "btfield/criteria.hpp"
+#include "btfield/error.hpp"
+#include "btfield/synthesis.hpp"
+#include "host/pixel_values.hpp"
+#include "host/sha256.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kappa_range = 256.0;  // c of P4 eq. 49
+
+class Watch {
+  public:
+    [[nodiscard]] double seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+template <class T>
+Image rounded(Image image) {
+    for (float& value : image.values()) {
+        value = static_cast<float>(to_integer<T>(value)) / static_cast<float>(std::numeric_limits<T>::max());
+    }
+    return image;
+}
+
+bool is_integer(PixelType type) {
+    return type == PixelType::uint8 || type == PixelType::uint16;
+}
+
+std::uint64_t outside(const Image& image) {
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < area(image.size()); ++i) {
+        bool out = false;
+        for (int p = 0; p < image.planes(); ++p) {
+            const float value = image.plane(p)[i];
+            out = out || value < 0.0F || value > 1.0F;
+        }
+        count += out ? 1U : 0U;
+    }
+    return count;
+}
+
+void check_finite(const Image& image) {
+    const auto values = image.values();
+    if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); })) {
+        throw InputError("synthesise a texture", "it holds NaN or infinite values",
+                         "use another model or order");
+    }
+}
+
+/// What a failure says about the job: input errors come from the picture and the settings and would come
+/// again.
+struct Failure {
+    JobStatus status = JobStatus::failed;
+    std::string reason;
+};
+
+Failure current_failure() {
+    try {
+        throw;
+    } catch (const InputError& error) {
+        return {JobStatus::refused, error.what()};
+    } catch (const std::bad_alloc&) {
+        return {JobStatus::failed, "there is not enough memory"};
+    } catch (const std::exception& error) {
+        return {JobStatus::failed, error.what()};
+    }
+}
+
+void fail_from(std::vector<JobResult>& results, std::size_t first, const Failure& failure) {
+    for (std::size_t i = first; i < results.size(); ++i) {
+        results[i].status = failure.status;
+        results[i].reason = failure.reason;
+    }
+}
+
+/// Failures to read are the surroundings', not the picture's: it could be read when the run began.
+Picture read(const PictureSource& source) {
+    try {
+        if (sha256_of_file(source.file) != source.content) {
+            throw std::runtime_error("the picture '" + source.file.string() + "' changed during the run");
+        }
+        return read_picture(source.file, source.crop);
+    } catch (const InputError& error) {
+        throw std::runtime_error(error.what());
+    }
+}
+
+void describe(const TextureModel& model, JobResult& result) {
+    double singular = std::numeric_limits<double>::infinity();
+    double lowest = std::numeric_limits<double>::infinity(), highest = 0.0;
+    int zeros = 0;
+    std::string estimators;
+    for (const LevelModel& level : model.levels) {
+        singular = std::min(singular, level.certificate.min_singular);
+        zeros += level.certificate.zeros;
+        for (const double ratio : level.certificate.variance_ratio) {
+            lowest = std::min(lowest, ratio);
+            highest = std::max(highest, ratio);
+        }
+        estimators += (estimators.empty() ? "" : ",") + std::string(name(level.estimator));
+    }
+    result.valid = is_valid(model);
+    result.min_singular = singular;
+    result.zeros = zeros;
+    result.lowest_ratio = lowest;
+    result.highest_ratio = highest;
+    result.estimators = estimators;
+    result.fitted_levels = static_cast<int>(model.levels.size());
+    result.parameters = parameter_count(model);
+}
+
+/// "bark-1f2e3d4c-3d-car-match.png": the format of the picture's values, lossless.
+std::string texture_name(const PictureSource& source, const JobSettings& settings, const std::string& metric,
+                         PixelType type, int planes) {
+    const bool png = is_integer(type) && (planes == 1 || planes == 3);
+    return fs::path(source.name).stem().string() + "-" + source.picture.substr(0, 8) + "-" +
+           std::string(name(settings.model)) + "-" + std::string(name(settings.marginals)) +
+           (metric == name(Metric::max) ? "" : "-" + metric) +
+           (png                ? ".png"
+            : is_integer(type) ? ".tif"
+                               : ".exr");
+}
+
+/// A material as the name of a folder.
+std::string folder_name(std::string material) {
+    std::replace(material.begin(), material.end(), '/', '-');
+    if (material == "." || material == "..") material = "-";
+    return material;
+}
+
+}  // namespace
+
+Image as_stored(const Image& image, PixelType type) {
+    switch (type) {
+        case PixelType::uint8:
+            return rounded<std::uint8_t>(image);
+        case PixelType::uint16:
+            return rounded<std::uint16_t>(image);
+        case PixelType::half:
+        case PixelType::float32:
+            break;
+    }
+    return image;
+}
+
+/// What the jobs of a picture share.
+class PictureWork::Picture {
+  public:
+    Picture(Device& device, const PictureSource& source, btfield::Picture file, Metric metric)
+        : type(file.type),
+          analysis(device, std::move(file.image)),
+          device_(device),
+          source_(source),
+          metric_(metric) {}
+
+    [[nodiscard]] const Image& image() const { return analysis.image(); }
+    [[nodiscard]] PictureFacts facts() const {
+        return {source_.picture, kappa(image(), kappa_range, source_.white).kappa, image().size(),
+                image().planes()};
+    }
+    [[nodiscard]] MemdReference& reference() {
+        if (!reference_) {
+            MemdOptions options;
+            options.metric = metric_;
+            options.white = {source_.white, source_.white};
+            reference_ = std::make_unique<MemdReference>(device_, image(), options);
+        }
+        return *reference_;
+    }
+
+    const PixelType type;
+    Analysis analysis;
+
+  private:
+    Device& device_;
+    const PictureSource& source_;
+    Metric metric_;
+    std::unique_ptr<MemdReference> reference_;
+};
+
+PictureWork::PictureWork(const ExperimentConfig& config, const std::string& device, fs::path textures)
+    : config_(config), device_(device), textures_(std::move(textures)) {}
+
+std::vector<JobResult> PictureWork::blanks(const PictureSource& source,
+                                           std::span<const JobSettings> jobs) const {
+    std::vector<JobResult> results;
+    for (const JobSettings& settings : jobs) {
+        JobResult result;
+        result.settings = settings;
+        result.metric = name(config_.metric);
+        result.settings_text = settings_text(config_, settings);
+        result.picture = source.picture;
+        result.key = job_key(source.picture, result.settings_text);
+        result.status = JobStatus::done;
+        result.device = device_.info().name;
+        results.push_back(std::move(result));
+    }
+    return results;
+}
+
+void PictureWork::run(const WorkUnit& unit, const std::function<void(WorkReport)>& report,
+                      const std::function<bool()>& stop) {
+    if (stop()) return;
+    std::unique_ptr<Picture> picture;
+    try {
+        picture = std::make_unique<Picture>(device_, unit.source, read(unit.source), config_.metric);
+        if (!unit.keep) report({picture->facts(), {}, {}, {}});
+    } catch (...) {
+        const Failure failure = current_failure();
+        WorkReport news;
+        if (unit.keep) {
+            news.trouble = failure.reason;
+        } else {
+            news.results = blanks(unit.source, unit.jobs);
+            fail_from(news.results, 0, failure);
+        }
+        report(std::move(news));
+        return;
+    }
+    for (std::size_t first = 0; first < unit.jobs.size() && !stop();) {
+        std::size_t end = first + 1;
+        while (end < unit.jobs.size() && same_fit(unit.jobs[first], unit.jobs[end])) ++end;
+        const auto jobs = std::span(unit.jobs).subspan(first, end - first);
+        report(unit.keep ? keep(*picture, unit.source, jobs) : measure(*picture, unit.source, jobs));
+        first = end;
+    }
+}
+
+TextureModel PictureWork::fitted(Picture& picture, const JobSettings& settings) const {
+    FitOptions options;
+    options.model = settings.model;
+    options.order = settings.order;
+    options.levels = settings.levels;
+    options.factor = config_.factor;
+    options.estimator = settings.estimator;
+    options.noise = config_.noise;
+    options.gains = config_.gains;
+    options.marginals = settings.marginals;
+    return picture.analysis.fit(options);
+}
+
+Synthesiser PictureWork::synthesiser(const Picture& picture, const TextureModel& model) {
+    SynthesisOptions options;
+    options.allow_invalid = config_.allow_invalid;
+    return {device_, model, config_.size.value_or(picture.image().size()), options};
+}
+
+void PictureWork::hold(Picture& picture, const Image& texture, JobResult& result) {
+    check_finite(texture);
+    const Image stored = as_stored(texture, picture.type);
+    const Watch searching;
+    const Memd memd = picture.reference()(stored);
+    result.memd_seconds = searching.seconds();
+    const Comparison comparison = compare(picture.image(), stored);
+    double ratio = 0.0;
+    for (const Comparison::Plane& plane : comparison.planes) ratio += plane.std_ratio * plane.std_ratio;
+    result.memd = memd.memd;
+    result.memd_star = memd.memd_star;
+    result.variance_ratio = ratio / static_cast<double>(comparison.planes.size());
+    result.lag_covariance_error = comparison.lag_covariance_error;
+    result.spectral_covariance_error = comparison.spectral_covariance_error;
+    result.clamped_pixels = is_integer(picture.type) ? outside(texture) : 0;
+}
+
+WorkReport PictureWork::measure(Picture& picture, const PictureSource& source,
+                                std::span<const JobSettings> jobs) {
+    WorkReport news;
+    std::vector<JobResult>& results = news.results;
+    results = blanks(source, jobs);
+    std::size_t measured = 0;
+    try {
+        const Watch fitting;
+        const TextureModel model = fitted(picture, jobs.front());
+        const double fit_share = fitting.seconds() / static_cast<double>(jobs.size());
+        for (JobResult& result : results) {
+            result.fit_seconds = fit_share;
+            describe(model, result);
+        }
+        const Watch preparing;
+        Synthesiser textures_of = synthesiser(picture, model);
+        const double share = preparing.seconds() / static_cast<double>(jobs.size());
+        std::vector<std::uint64_t> seeds;
+        for (const JobSettings& job : jobs) seeds.push_back(job.seed);
+        const auto batch = static_cast<std::size_t>(std::max(1, textures_of.batch()));
+        while (measured < seeds.size()) {
+            const std::size_t count = std::min(batch, seeds.size() - measured);
+            const Watch synthesising;
+            const std::vector<Image> textures =
+                textures_of.synthesise(std::span(seeds).subspan(measured, count));
+            const double each = synthesising.seconds() / static_cast<double>(count);
+            for (const Image& texture : textures) {
+                results[measured].synthesis_seconds = share + each;
+                hold(picture, texture, results[measured]);
+                ++measured;
+            }
+        }
+    } catch (...) {
+        fail_from(results, measured, current_failure());
+    }
+    return news;
+}
+
+WorkReport PictureWork::keep(Picture& picture, const PictureSource& source,
+                             std::span<const JobSettings> jobs) {
+    WorkReport news;
+    try {
+        const TextureModel model = fitted(picture, jobs.front());
+        Synthesiser textures_of = synthesiser(picture, model);
+        const fs::path folder = textures_ / folder_name(source.material);
+        fs::create_directories(folder);
+        for (const JobResult& job : blanks(source, jobs)) {
+            const Image texture = textures_of.synthesise(job.settings.seed);
+            const fs::path file =
+                folder / texture_name(source, job.settings, job.metric, picture.type, texture.planes());
+            // Half floats would not give back the values that were measured.
+            write_picture(file, texture, picture.type,
+                          is_integer(picture.type) ? picture.type : PixelType::float32);
+            news.kept.push_back({job.picture, std::string(name(job.settings.model)),
+                                 std::string(name(job.settings.marginals)), job.metric, job.key,
+                                 fs::absolute(file).string()});
+        }
+    } catch (...) {
+        news.trouble = current_failure().reason;
+    }
+    return news;
+}
+
+}  // namespace btfield

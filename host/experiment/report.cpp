@@ -1,0 +1,246 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "btfield/criteria.hpp"
+#include "btfield/experiment.hpp"
+#include "host/experiment/plot.hpp"
+#include "host/experiment/results_database.hpp"
+#include "host/experiment/table_format.hpp"
+#include "host/experiment/thumbnail.hpp"
+#include "host/file_output.hpp"
+
+namespace btfield {
+namespace {
+
+constexpr int thumbnail_side = 112;
+
+const char* const style = R"css(
+body{font:15px/1.5 system-ui,sans-serif;color:#222;background:#fff;max-width:1180px;margin:2em auto;padding:0 1em}
+h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.25em;margin-top:2em;border-bottom:1px solid #ccc}
+h3{font-size:1em;margin:1.4em 0 .4em}.quiet{color:#666;font-weight:normal}
+.wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums}
+th,td{padding:.15em .7em;text-align:right;white-space:nowrap}th:first-child,td:first-child{text-align:left}
+thead th{border-bottom:1px solid #888}tbody tr:nth-child(even){background:#f4f4f4}tr.colour td{color:#555}
+tr.first td{border-top:1px solid #888}td.least{font-weight:bold}
+.plots{display:flex;flex-wrap:wrap;gap:1em}.plots svg{width:420px;max-width:100%}
+svg text{font:11px system-ui,sans-serif;fill:#444}svg .title text{font-size:13px;fill:#222}
+svg .axis line{stroke:#ddd}.legend span{margin-right:1.2em;white-space:nowrap}
+.legend svg{width:34px;height:10px;vertical-align:middle;margin-right:.4em}
+.pictures{display:flex;flex-wrap:wrap;gap:.8em}figure{margin:0;width:130px}
+figure img,figure .none{width:112px;height:112px;object-fit:cover;background:#eee;display:block}
+figure .none{display:flex;align-items:center;justify-content:center;color:#999;font-size:11px;text-align:center}
+figcaption{font-size:12px;line-height:1.35}pre{background:#f4f4f4;padding:1em;overflow-x:auto}
+)css";
+
+/// One colour per family, told apart by those who see few; 2D models are dashed.
+std::string colour_of(const std::string& model) {
+    static const std::map<std::string, std::string> colours{
+        {"car", "#0072b2"}, {"ma", "#e69f00"}, {"msar", "#009e73"}, {"mmrf", "#cc79a7"}, {"pmrf", "#d55e00"}};
+    const auto found = colours.find(model.substr(std::min<std::size_t>(3, model.size())));
+    return found == colours.end() ? "#444" : found->second;
+}
+
+bool is_dashed(const std::string& model) {
+    return model.starts_with("2d-");
+}
+
+std::string heading(int level, const std::string& text) {
+    const std::string tag = "h" + std::to_string(level);
+    return "<" + tag + ">" + html_text(text) + "</" + tag + ">\n";
+}
+
+std::string paragraph(const std::string& text) {
+    return "<p>" + html_text(text) + "</p>\n";
+}
+
+std::string table_html(const ExperimentTable& table) {
+    const TableGrid grid = table_grid(table, 0, table.materials.size(), true);
+    // The least of each mean stands out.
+    std::vector<double> least(grid.titles.size(), std::numeric_limits<double>::infinity());
+    const auto mean = [&](std::size_t row, std::size_t pair) {
+        const ExperimentTable::Row& r = table.rows[row];
+        return pair < r.materials.size() ? r.materials[pair].mean : r.all.mean;
+    };
+    for (std::size_t r = 0; r < grid.models; ++r) {
+        for (std::size_t p = 0; p < least.size(); ++p) {
+            if (mean(r, p) < least[p]) least[p] = mean(r, p);
+        }
+    }
+    std::string html = "<div class=\"wide\"><table class=\"memd\"><thead><tr><th></th>";
+    std::string second = "<tr><th>model</th>";
+    for (const std::string& title : grid.titles) {
+        html += "<th colspan=\"2\">" + html_text(title) + "</th>";
+        second += "<th>mean</th><th>std</th>";
+    }
+    html += "</tr>" + second + "</tr></thead><tbody>\n";
+    for (std::size_t r = 0; r < grid.rows.size(); ++r) {
+        const bool model = r < grid.models;
+        html += model ? "<tr>" : r == grid.models ? "<tr class=\"colour first\">" : "<tr class=\"colour\">";
+        for (std::size_t c = 0; c < grid.rows[r].size(); ++c) {
+            const bool best = model && c % 2 == 1 && mean(r, c / 2) <= least[c / 2];
+            html += (best ? "<td class=\"least\">" : "<td>") + html_text(grid.rows[r][c]) + "</td>";
+        }
+        html += "</tr>\n";
+    }
+    return html + "</tbody></table></div>\n";
+}
+
+std::string legend(const std::vector<ExperimentTable::Row>& rows) {
+    std::string html = "<p class=\"legend\">";
+    for (const ExperimentTable::Row& row : rows) {
+        html +=
+            "<span><svg viewBox=\"0 0 34 10\"><line x1=\"0\" x2=\"34\" y1=\"5\" y2=\"5\" stroke-width=\"2\" "
+            "stroke=\"" +
+            colour_of(row.model) + "\"" + (is_dashed(row.model) ? " stroke-dasharray=\"5 3\"" : "") +
+            "/></svg>" + html_text(model_title(row.model)) + "</span>";
+    }
+    return html + "</p>\n";
+}
+
+/// MEMD* by order, one plot per number of levels: means over pictures of the best over estimators and seeds.
+std::string plots_html(Connection& connection, const ExperimentTable& table) {
+    std::map<int, std::map<std::string, std::map<int, double>>> means;  // of levels, model, order
+    std::set<int> orders;
+    Statement query(connection, R"sql(
+        SELECT levels, model, "order", avg(best) FROM (
+            SELECT levels, model, "order", picture, min(memd_star) AS best FROM jobs
+            WHERE status = 'done' AND metric = ? AND marginals = ? AND picture IN (SELECT picture FROM files)
+            GROUP BY levels, model, "order", picture)
+        GROUP BY levels, model, "order")sql");
+    query.bind(table.metric).bind(table.marginals);
+    while (query.step()) {
+        const int order = static_cast<int>(query.number(2));
+        orders.insert(order);
+        means[static_cast<int>(query.number(0))][query.text(1)][order] = query.real(3);
+    }
+    std::vector<std::string> positions;
+    for (const int order : orders) positions.push_back(std::to_string(order));
+    std::string html = "<div class=\"plots\">\n";
+    for (const auto& [levels, models] : means) {
+        std::vector<PlotLine> lines;
+        for (const ExperimentTable::Row& row : table.rows) {
+            const auto found = models.find(row.model);
+            if (found == models.end()) continue;
+            PlotLine line{model_title(row.model), colour_of(row.model), is_dashed(row.model), {}};
+            for (const int order : orders) {
+                const auto value = found->second.find(order);
+                line.values.push_back(value == found->second.end() ? std::numeric_limits<double>::quiet_NaN()
+                                                                   : value->second);
+            }
+            lines.push_back(std::move(line));
+        }
+        const std::string title =
+            levels == 0 ? "MEMD*, %, levels chosen" : "MEMD*, %, K = " + std::to_string(levels);
+        html += line_plot(title, "order of the neighbourhood", positions, lines) + "\n";
+    }
+    return html + "</div>\n" + legend(table.rows);
+}
+
+std::string figure(const std::string& uri, const std::string& missing, const std::string& caption) {
+    return "<figure>" +
+           (uri.empty() ? "<div class=\"none\">" + html_text(missing) + "</div>"
+                        : "<img src=\"" + uri + "\" alt=\"\">") +
+           "<figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+std::optional<Crop> crop_of(const std::string& text) {
+    Crop crop;
+    if (std::sscanf(text.c_str(), "%d,%d,%d,%d", &crop.x, &crop.y, &crop.width, &crop.height) != 4) return {};
+    return crop;
+}
+
+/// The picture and the best texture of each model.
+std::string picture_html(Connection& connection, const Statement& file) {
+    const std::filesystem::path path = std::filesystem::path(file.text(0)) / file.text(1);
+    const std::string picture = file.text(5);
+    const double white = file.real(3), kappa = file.real(6);
+    std::string html = "<section class=\"picture\"><h3>" + html_text(file.text(1)) +
+                       (file.text(2).empty() ? "" : " [" + html_text(file.text(2)) + "]") +
+                       " <span class=\"quiet\">" + html_text(file.text(4)) +
+                       ", κ(256) = " + kappa_text(kappa) +
+                       (std::isfinite(kappa) ? (kappa > Kappa::threshold ? ": 3D" : ": 2D suffices") : "") +
+                       "</span></h3><div class=\"pictures\">\n";
+    html +=
+        figure(thumbnail_uri(path, crop_of(file.text(2)), white, thumbnail_side), "not at hand", "original");
+    Statement best(connection, R"sql(
+        SELECT best.model, best.marginals, best.metric, memd_star, "order", levels, best.estimators, textures.file FROM (
+            SELECT *, ROW_NUMBER() OVER (PARTITION BY model, marginals, metric ORDER BY memd_star, key) AS place
+            FROM jobs WHERE status = 'done' AND picture = ?) AS best
+        LEFT JOIN textures ON textures.key = best.key
+        WHERE place = 1 ORDER BY best.metric, best.marginals, best.model)sql");
+    best.bind(picture);
+    while (best.step()) {
+        const std::string uri = best.is_null(7) ? "" : thumbnail_uri(best.text(7), {}, white, thumbnail_side);
+        const int levels = static_cast<int>(best.number(5));
+        html += figure(uri, best.is_null(7) ? "not kept" : "not at hand",
+                       "<b>" + html_text(model_title(best.text(0))) + "</b> " + percent_text(best.real(3)) +
+                           " %<br>order " + std::to_string(best.number(4)) +
+                           (levels == 0 ? "" : ", K " + std::to_string(levels)) + ", " +
+                           html_text(best.text(6)) + "<br>marginals " + html_text(best.text(1)) +
+                           (best.text(2) == name(Metric::max) ? "" : ", " + html_text(best.text(2))));
+    }
+    return html + "</div></section>\n";
+}
+
+std::string configurations_html(Connection& connection) {
+    std::string html;
+    Statement query(connection, "SELECT name, text, started FROM configurations ORDER BY started, id");
+    while (query.step()) {
+        html += "<details><summary>" + html_text(query.text(0)) + ", first run " + html_text(query.text(2)) +
+                "</summary><pre>" + html_text(query.text(1)) + "</pre></details>\n";
+    }
+    return html;
+}
+
+std::string page_title(Connection& connection) {
+    std::string title;
+    Statement query(connection, "SELECT DISTINCT name FROM configurations ORDER BY name");
+    while (query.step()) title += (title.empty() ? "" : ", ") + query.text(0);
+    return title.empty() ? "Experiment" : title;
+}
+
+}  // namespace
+
+void write_experiment_report(const std::filesystem::path& database, const std::filesystem::path& page,
+                             int most_pictures) {
+    const std::string asked = "write the report '" + page.string() + "'";
+    check_output(page, asked);
+    const std::vector<ExperimentTable> tables = experiment_tables(database);
+    Connection connection(database, Connection::Access::read, "read the results '" + database.string() + "'");
+    const Transaction one_state(connection, Transaction::Kind::read);
+
+    const std::string title = page_title(connection);
+    std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">" +
+                       std::string("<meta name=\"viewport\" content=\"width=device-width\">") + "<title>" +
+                       html_text(title) + "</title><style>" + style + "</style></head>\n<body>\n" +
+                       heading(1, title);
+    html += paragraph(
+        "How near random-field models come to the colours of pictures: MEMD* between every picture and "
+        "the best texture of each model, as P4 (Havlíček and Haindl, WSCG 2024), section 5. Written by "
+        "btfield " BTFIELD_VERSION ".");
+    for (const ExperimentTable& table : tables) {
+        html += heading(2, "Marginals " + table.marginals + ", metric " + table.metric);
+        html += paragraph(table_caption(table) + ". " + table_counts(table) + ".");
+        html += table_html(table) + plots_html(connection, table);
+    }
+    html += heading(2, "Pictures");
+    Statement files(connection, R"sql(
+        SELECT folder, name, crop, white, material, picture, kappa FROM files LEFT JOIN pictures USING (picture)
+        ORDER BY material, name, crop)sql");
+    const std::int64_t count = connection.number("SELECT count(*) FROM files");
+    html += paragraph(
+        "Upper left corners, pixel for pixel. " +
+        (count > most_pictures ? "The first " + std::to_string(most_pictures) + " of " : std::string()) +
+        std::to_string(count) + (count == 1 ? " picture." : " pictures."));
+    for (int shown = 0; shown < most_pictures && files.step(); ++shown)
+        html += picture_html(connection, files);
+    html += heading(2, "Configuration") + configurations_html(connection) + "</body>\n</html>\n";
+    write_file(page, html, asked);
+}
+
+}  // namespace btfield

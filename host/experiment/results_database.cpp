@@ -1,0 +1,268 @@
+#include "host/experiment/results_database.hpp"
+
+#include <ctime>
+
+#include "btfield/error.hpp"
+#include "host/sha256.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int application_id = 0x62746664;  // "btfd"
+
+// A row of `jobs` is named by a hash of all that its comparable columns depend on.
+const char* const schema = R"sql(
+CREATE TABLE configurations(
+    id TEXT PRIMARY KEY, name TEXT NOT NULL, folder TEXT NOT NULL, text TEXT NOT NULL, started TEXT NOT NULL
+) STRICT;
+CREATE TABLE files(
+    folder TEXT NOT NULL, name TEXT NOT NULL, crop TEXT NOT NULL, material TEXT NOT NULL, white REAL NOT NULL,
+    content TEXT NOT NULL, picture TEXT NOT NULL, PRIMARY KEY(folder, name, crop)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE pictures(
+    picture TEXT PRIMARY KEY, width INTEGER NOT NULL, height INTEGER NOT NULL, planes INTEGER NOT NULL, kappa REAL
+) STRICT, WITHOUT ROWID;
+CREATE TABLE jobs(
+    key TEXT PRIMARY KEY, picture TEXT NOT NULL,
+    model TEXT NOT NULL, "order" INTEGER NOT NULL, levels INTEGER NOT NULL, estimator TEXT NOT NULL,
+    marginals TEXT NOT NULL, metric TEXT NOT NULL, seed INTEGER NOT NULL, settings TEXT NOT NULL,
+    status TEXT NOT NULL CHECK(status IN ('done', 'refused', 'failed')), reason TEXT NOT NULL,
+    certified INTEGER, min_singular REAL, zeros INTEGER, lowest_ratio REAL, highest_ratio REAL,
+    estimators TEXT, fitted_levels INTEGER, parameters INTEGER,
+    memd REAL, memd_star REAL, variance_ratio REAL, lag_covariance_error REAL, spectral_covariance_error REAL,
+    clamped_pixels INTEGER,
+    fit_seconds REAL, synthesis_seconds REAL, memd_seconds REAL, finished TEXT NOT NULL, device TEXT NOT NULL,
+    software TEXT NOT NULL,
+    CHECK(status <> 'done' OR memd_star IS NOT NULL)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX jobs_by_picture ON jobs(picture, status);
+CREATE TABLE textures(
+    picture TEXT NOT NULL, model TEXT NOT NULL, marginals TEXT NOT NULL, metric TEXT NOT NULL, key TEXT NOT NULL,
+    file TEXT NOT NULL, PRIMARY KEY(picture, model, marginals, metric)
+) STRICT, WITHOUT ROWID;
+CREATE VIEW results AS
+    SELECT files.material, files.name, files.crop, pictures.kappa, jobs.key, jobs.model, jobs."order", jobs.levels,
+           jobs.estimator, jobs.marginals, jobs.metric, jobs.seed, jobs.settings, jobs.status, jobs.reason,
+           jobs.certified, jobs.min_singular, jobs.zeros, jobs.lowest_ratio, jobs.highest_ratio, jobs.estimators,
+           jobs.fitted_levels, jobs.parameters, jobs.memd, jobs.memd_star, jobs.variance_ratio,
+           jobs.lag_covariance_error, jobs.spectral_covariance_error, jobs.clamped_pixels
+    FROM jobs JOIN files ON files.picture = jobs.picture LEFT JOIN pictures ON pictures.picture = jobs.picture
+    ORDER BY files.material, files.name, files.crop, jobs.key;
+)sql";
+
+std::string now() {
+    const std::time_t time = std::time(nullptr);
+    std::tm parts{};
+    ::gmtime_r(&time, &parts);
+    char text[32];
+    return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
+}
+
+/// Jobs with the least MEMD* per picture, model, marginals and metric; the key decides among equals.
+const char* const best_jobs = R"sql(
+    SELECT picture, model, marginals, metric, key FROM (
+        SELECT *, ROW_NUMBER() OVER (PARTITION BY picture, model, marginals, metric ORDER BY memd_star, key) AS place
+        FROM jobs WHERE status = 'done' AND picture = ?)
+    WHERE place = 1)sql";
+
+}  // namespace
+
+void check_results(Connection& connection) {
+    if (connection.number("PRAGMA application_id") != application_id) {
+        throw InputError(connection.asked(), "it is no database of experiments",
+                         "give a file that `btfield experiment run` wrote");
+    }
+    const std::int64_t version = connection.number("PRAGMA user_version");
+    if (version != results_schema) {
+        throw InputError(connection.asked(),
+                         "its schema is version " + std::to_string(version) +
+                             ", this btfield reads version " + std::to_string(results_schema),
+                         "use the btfield that wrote it");
+    }
+    Statement check(connection, "PRAGMA quick_check(1)");
+    const std::string found = check.step() ? check.text(0) : "ok";
+    if (found != "ok") {
+        throw InputError(connection.asked(), "the database is damaged (" + found + ")",
+                         "restore it from a copy, or run the experiment into a new one");
+    }
+}
+
+ResultsDatabase::ResultsDatabase(const fs::path& path, const std::string& asked)
+    : lock_(path, asked), connection_(path, Connection::Access::create, asked) {
+    if (connection_.number("PRAGMA application_id") == 0 &&
+        connection_.number("SELECT count(*) FROM sqlite_schema") == 0) {
+        connection_.execute("PRAGMA journal_mode = WAL");
+        Transaction transaction(connection_);
+        connection_.execute(schema);
+        connection_.execute(("PRAGMA application_id = " + std::to_string(application_id) +
+                             "; PRAGMA user_version = " + std::to_string(results_schema))
+                                .c_str());
+        transaction.commit();
+    }
+    check_results(connection_);
+    // A killed process loses nothing that was committed; only a power cut could take the last commits.
+    connection_.execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL");
+}
+
+void ResultsDatabase::add(const ExperimentConfig& config) {
+    Statement(connection_, "INSERT OR IGNORE INTO configurations VALUES (?, ?, ?, ?, ?)")
+        .bind(sha256(config.folder.string() + "\n" + config.text))
+        .bind(config.name)
+        .bind(config.folder.string())
+        .bind(config.text)
+        .bind(now())
+        .run();
+}
+
+void ResultsDatabase::add(const std::vector<PictureSource>& sources) {
+    Transaction transaction(connection_);
+    Statement insert(connection_, "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?, ?)");
+    for (const PictureSource& source : sources) {
+        // The folder that the name is relative to.
+        std::string folder = source.file.string();
+        if (source.name != folder) folder.resize(folder.size() - source.name.size());
+        if (source.name == source.file.string()) folder.clear();
+        insert.bind(folder)
+            .bind(source.name)
+            .bind(crop_text(source.crop))
+            .bind(source.material)
+            .bind(source.white)
+            .bind(source.content)
+            .bind(source.picture)
+            .run();
+    }
+    transaction.commit();
+}
+
+void ResultsDatabase::add(const WorkReport& report) {
+    Transaction transaction(connection_);
+    if (report.facts) {
+        Statement(connection_, "INSERT OR REPLACE INTO pictures VALUES (?, ?, ?, ?, ?)")
+            .bind(report.facts->picture)
+            .bind_number(report.facts->size.width)
+            .bind_number(report.facts->size.height)
+            .bind_number(report.facts->planes)
+            .bind(report.facts->kappa)
+            .run();
+    }
+    Statement forget(connection_, "DELETE FROM jobs WHERE key = ? AND status = 'failed'");
+    Statement insert(
+        connection_,
+        "INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+        "?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    for (const JobResult& result : report.results) {
+        forget.bind(result.key).run();
+        const JobSettings& settings = result.settings;
+        insert.bind(result.key)
+            .bind(result.picture)
+            .bind(name(settings.model))
+            .bind_number(settings.order)
+            .bind_number(settings.levels)
+            .bind(name(settings.estimator))
+            .bind(name(settings.marginals))
+            .bind(result.metric)
+            .bind_number(static_cast<std::int64_t>(settings.seed))
+            .bind(result.settings_text)
+            .bind(name(result.status))
+            .bind(result.reason)
+            .bind(result.valid)
+            .bind(result.min_singular)
+            .bind(result.zeros)
+            .bind(result.lowest_ratio)
+            .bind(result.highest_ratio)
+            .bind(result.estimators)
+            .bind(result.fitted_levels)
+            .bind(result.parameters)
+            .bind(result.memd)
+            .bind(result.memd_star)
+            .bind(result.variance_ratio)
+            .bind(result.lag_covariance_error)
+            .bind(result.spectral_covariance_error)
+            .bind(result.clamped_pixels)
+            .bind(result.fit_seconds)
+            .bind(result.synthesis_seconds)
+            .bind(result.memd_seconds)
+            .bind(now())
+            .bind(result.device)
+            .bind("btfield " BTFIELD_VERSION)
+            .run();
+    }
+    Statement keep(connection_, "INSERT OR REPLACE INTO textures VALUES (?, ?, ?, ?, ?, ?)");
+    for (const KeptTexture& kept : report.kept) {
+        keep.bind(kept.picture)
+            .bind(kept.model)
+            .bind(kept.marginals)
+            .bind(kept.metric)
+            .bind(kept.key)
+            .bind(kept.file)
+            .run();
+    }
+    transaction.commit();
+}
+
+std::map<std::string, JobStatus> ResultsDatabase::jobs_of(const std::string& picture) {
+    std::map<std::string, JobStatus> jobs;
+    Statement query(connection_, "SELECT key, status FROM jobs WHERE picture = ?");
+    query.bind(picture);
+    while (query.step()) jobs.emplace(query.text(0), job_status(query.text(1)));
+    return jobs;
+}
+
+std::vector<std::string> ResultsDatabase::best_not_kept(const std::string& picture, const fs::path& folder) {
+    std::vector<std::string> keys;
+    Statement query(connection_,
+                    std::string("WITH best AS (") + best_jobs +
+                        ") SELECT best.key, textures.file FROM best LEFT JOIN textures USING (picture, "
+                        "model, marginals, metric, key)");
+    query.bind(picture);
+    while (query.step()) {
+        std::error_code error;
+        const fs::path file = query.text(1);
+        const bool kept = !query.is_null(1) && fs::exists(file, error) &&
+                          file.lexically_relative(folder).native().rfind("..", 0) != 0;
+        if (!kept) keys.push_back(query.text(0));
+    }
+    return keys;
+}
+
+void ResultsDatabase::absorb(const fs::path& other) {
+    const std::string asked = "merge the results '" + other.string() + "'";
+    {
+        Connection source(other, Connection::Access::read, asked);
+        check_results(source);
+    }
+    Statement(connection_, "ATTACH ? AS other").bind(other.string()).run();
+    {
+        Transaction transaction(connection_);
+        connection_.execute(R"sql(
+            INSERT OR IGNORE INTO configurations SELECT * FROM other.configurations;
+            INSERT OR IGNORE INTO files SELECT * FROM other.files;
+            INSERT OR IGNORE INTO pictures SELECT * FROM other.pictures;
+            DELETE FROM jobs WHERE status = 'failed' AND key IN (SELECT key FROM other.jobs WHERE status <> 'failed');
+            INSERT OR IGNORE INTO jobs SELECT * FROM other.jobs;
+            INSERT OR REPLACE INTO textures
+                SELECT theirs.* FROM other.textures AS theirs JOIN jobs AS their_job ON their_job.key = theirs.key
+                LEFT JOIN textures AS ours USING (picture, model, marginals, metric)
+                LEFT JOIN jobs AS our_job ON our_job.key = ours.key
+                WHERE ours.key IS NULL
+                   OR (their_job.memd_star, their_job.key) < (our_job.memd_star, our_job.key);
+        )sql");
+        transaction.commit();
+    }
+    connection_.execute("DETACH other");
+}
+
+std::map<JobStatus, std::uint64_t> ResultsDatabase::count() {
+    std::map<JobStatus, std::uint64_t> counts;
+    Statement query(connection_, "SELECT status, count(*) FROM jobs GROUP BY status");
+    while (query.step()) counts[job_status(query.text(0))] = static_cast<std::uint64_t>(query.number(1));
+    return counts;
+}
+
+void ResultsDatabase::close() {
+    connection_.execute("PRAGMA wal_checkpoint(TRUNCATE)");
+}
+
+}  // namespace btfield

@@ -1,0 +1,173 @@
+#pragma once
+
+/// \file
+/// Experiments over many pictures and models, as P4 section 5: pictures × models × orders × levels ×
+/// estimators × marginals × seeds, every texture held against its picture. docs/experiments.md describes
+/// configuration and database.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "btfield/device.hpp"
+#include "btfield/fit.hpp"
+#include "btfield/image.hpp"
+#include "btfield/image_io.hpp"
+#include "btfield/memd.hpp"
+
+namespace btfield {
+
+/// Pictures of one material.
+struct ExperimentPictures {
+    std::string material;
+    /// Paths and glob patterns (* ? [...]), relative to ExperimentConfig::folder.
+    std::vector<std::string> files;
+    std::optional<Crop> crop;
+    /// Value that is 255 units for κ and MEMD: the white level of HDR pictures.
+    double white = 1.0;
+};
+
+struct ExperimentConfig {
+    std::string name;
+    std::filesystem::path folder;  ///< that paths are relative to: the configuration file's
+    std::vector<ExperimentPictures> pictures;
+    std::vector<ModelKind> models;
+    std::vector<int> orders;
+    std::vector<int> levels;  ///< K; 0 = as fit() chooses
+    std::vector<EstimatorChoice> estimators{EstimatorChoice::automatic};
+    std::vector<MarginalMode> marginals{MarginalMode::match};
+    std::vector<std::uint64_t> seeds{0};
+    int factor = 2;
+    NoiseForm noise = NoiseForm::full;
+    GainMode gains = GainMode::match;
+    Metric metric = Metric::max;
+    std::optional<Size> size;    ///< of the textures; empty = as the picture
+    bool allow_invalid = false;  ///< synthesise although a certificate fails
+    std::string text;            ///< the file, for the record
+};
+
+/// Reads and checks a configuration against its schema (docs/experiment.schema.json).
+/// \throws InputError naming the place: no JSON, an unknown or missing key, a value out of range, a list with
+/// a
+///         value twice.
+[[nodiscard]] ExperimentConfig read_experiment(const std::filesystem::path& path);
+
+/// How far a run has come.
+struct ExperimentProgress {
+    std::uint64_t jobs = 0;     ///< of this run: the whole experiment or its shard
+    std::uint64_t done = 0;     ///< computed in this run
+    std::uint64_t refused = 0;  ///< no such model or texture for that picture, found in this run
+    std::uint64_t failed =
+        0;  ///< stopped by the surroundings: picture gone, device failure; the next run retries
+    std::uint64_t skipped = 0;  ///< in the database before the run
+    double seconds = 0.0;
+    /// What goes on now: "read 3 pictures", "jobs", "textures".
+    std::string_view stage;
+};
+
+/// Processes that share a run. Messages between two processes keep their order.
+class ExperimentRanks {
+  public:
+    ExperimentRanks() = default;
+    virtual ~ExperimentRanks() = default;
+    ExperimentRanks(const ExperimentRanks&) = delete;
+    ExperimentRanks& operator=(const ExperimentRanks&) = delete;
+    [[nodiscard]] virtual int rank() const = 0;
+    [[nodiscard]] virtual int size() const = 0;
+    virtual void send(int rank, const std::string& message) = 0;
+    struct Message {
+        int rank = 0;
+        std::string bytes;
+    };
+    /// The next message that has arrived, from any rank; nothing when there is none.
+    [[nodiscard]] virtual std::optional<Message> receive() = 0;
+};
+
+struct ExperimentRunOptions {
+    std::string device;  ///< as Device takes it
+    int jobs = 0;        ///< threads that compute side by side, each with a device of its own; 0 = chosen
+    int shard = 1, shards = 1;
+    /// Keeps the best texture of every (picture, model) there; empty = none is kept.
+    std::filesystem::path textures;
+    /// Called from the calling thread, a few times a second and at the end.
+    std::function<void(const ExperimentProgress&)> progress;
+    /// Asked often, from several threads; true ends the run after the fits under way.
+    std::function<bool()> stop;
+    ExperimentRanks* ranks = nullptr;  ///< nullptr = this process alone
+    /// Jobs that share the work of one picture at most; 0 = all of them. 1 is a job at a time, for
+    /// comparison.
+    int unit = 0;
+};
+
+struct ExperimentResult : ExperimentProgress {
+    bool interrupted = false;
+    std::string failure;  ///< of the first job that failed
+};
+
+/// Runs what the database lacks. Rows are committed fit by fit; a run that ends at any moment, by whatever
+/// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
+/// alone opens the database and returns the result of all; other ranks return an empty one. \throws
+/// InputError when a pattern matches nothing or a picture cannot be read, before any work is done; when
+///         another run writes to the database, the file is no such database, damaged, or cannot be written.
+/// \throws DeviceError when no process can open its device.
+ExperimentResult run_experiment(const ExperimentConfig& config, const std::filesystem::path& database,
+                                const ExperimentRunOptions& options = {});
+
+/// Lets other ranks return from run_experiment when rank 0 will not call it.
+void dismiss(ExperimentRanks& ranks);
+
+/// Joins the databases of shards. A job that several have is taken once: computed before failed, then the
+/// first. \throws InputError as run_experiment; when `output` exists.
+ExperimentResult merge_experiments(const std::vector<std::filesystem::path>& inputs,
+                                   const std::filesystem::path& output);
+
+/// P4's Table 1: per picture and model the best MEMD* over orders, levels, estimators and seeds; mean and
+/// deviation of these over the pictures of a material, and over all.
+struct ExperimentTable {
+    struct Cell {
+        int pictures = 0;        ///< that the model gave a texture for
+        double mean = 0.0;       ///< MEMD*, percent; NaN without pictures
+        double deviation = 0.0;  ///< of the population
+    };
+    struct Row {
+        std::string model;
+        std::vector<Cell> materials;
+        Cell all;
+    };
+    struct Colour {
+        double kappa = 0.0;     ///< κ(256), median over the material's pictures
+        double best_2d = 0.0;   ///< mean over pictures of the least MEMD* of the 2D models; NaN without
+        double best_3d = 0.0;   ///< the same of the 3D models
+        bool needs_3d = false;  ///< what κ > 3 predicts
+        bool gap = false;       ///< best_2d exceeds best_3d by more than gap_threshold
+    };
+    std::string metric, marginals;  ///< what all jobs of the table have in common
+    std::vector<std::string> materials;
+    std::vector<int> pictures;  ///< per material
+    std::vector<Row> rows;
+    std::vector<Colour> colours;  ///< per material
+    std::uint64_t done = 0, refused = 0, failed = 0;
+};
+
+/// Percentage points of MEMD* by which 2D models must fall behind 3D ones to count as a gap: P4 states whole
+/// percents.
+inline constexpr double memd_gap_threshold = 1.0;
+
+/// One table per metric and marginals that the database has, from the jobs it has so far.
+/// \throws InputError when the file is no such database or damaged.
+[[nodiscard]] std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& database);
+
+enum class TableFormat { text, markdown, csv, latex };
+[[nodiscard]] std::string format_tables(const std::vector<ExperimentTable>& tables, TableFormat format);
+
+/// Writes one HTML page that needs no other file: tables, thumbnails of pictures and best textures, κ, plots
+/// of MEMD* by order and levels. \param most_pictures that are shown one by one \throws InputError as
+/// experiment_tables; when the page cannot be written.
+void write_experiment_report(const std::filesystem::path& database, const std::filesystem::path& page,
+                             int most_pictures = 24);
+
+}  // namespace btfield

@@ -1,0 +1,66 @@
+#pragma once
+
+// Small experiments for tests: pictures that take no time, and all that a database holds as text.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "btfield/experiment.hpp"
+#include "host/experiment/sqlite.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace btfield::test {
+
+/// A coloured texture with correlation along rows; another for every seed. PPM: needs no codec.
+inline void write_texture(const std::filesystem::path& path, unsigned seed, Size size = {32, 40}) {
+    Image image(size, 3, ColourSpace::srgb);
+    unsigned state = 2 * seed + 1;
+    float before = 0.0F;
+    for (std::size_t i = 0; i < area(size); ++i) {
+        for (int p = 0; p < 3; ++p) {
+            state = state * 1664525U + 1013904223U;
+            const float noise = static_cast<float>(state >> 8) * 0x1p-24F;
+            before = 0.7F * before + 0.3F * noise;
+            image.plane(p)[i] = p == 1 ? before : 0.5F * before + 0.4F * noise;
+        }
+    }
+    write_picture(path, image);
+}
+
+/// The lines of a query, columns separated by bars.
+inline std::vector<std::string> query_lines(const std::filesystem::path& database, const std::string& query,
+                                            int columns) {
+    Connection connection(database, Connection::Access::read, "read '" + database.string() + "'");
+    Statement statement(connection, query);
+    std::vector<std::string> lines;
+    while (statement.step()) {
+        std::string line;
+        for (int c = 0; c < columns; ++c) line += statement.text(c) + "|";
+        lines.push_back(std::move(line));
+    }
+    return lines;
+}
+
+/// All that two runs must agree on.
+inline std::vector<std::string> comparable_rows(const std::filesystem::path& database) {
+    return query_lines(database, "SELECT * FROM results", 29);
+}
+
+/// Whole rows of `jobs`, times included.
+inline std::vector<std::string> whole_rows(const std::filesystem::path& database) {
+    return query_lines(database, "SELECT * FROM jobs ORDER BY key", 32);
+}
+
+/// Two pictures of two materials and a configuration of 24 jobs.
+inline std::filesystem::path small_experiment(const TemporaryFolder& folder) {
+    write_texture(folder / "a.ppm", 1);
+    write_texture(folder / "b.ppm", 2);
+    put_bytes(folder / "small.json", R"json({
+        "pictures": [{"material": "stone", "files": ["a.ppm"]}, {"material": "bark", "files": ["b.p?m"]}],
+        "models": ["3d-car", "2d-car"], "orders": [1, 2, 3], "levels": [1], "seeds": [5, 7]
+    })json");
+    return folder / "small.json";
+}
+
+}  // namespace btfield::test

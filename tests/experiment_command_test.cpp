@@ -1,0 +1,277 @@
+// `btfield experiment` as a process of its own: killed, interrupted, on a full disk, beside another, under
+// mpirun.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/experiment_cases.hpp"
+#include "tests/run_program.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::comparable_rows;
+using test::Ended;
+using test::run_program;
+using test::small_experiment;
+using test::Surroundings;
+using test::TemporaryFolder;
+using test::whole_rows;
+using Words = std::vector<std::string>;
+
+constexpr int small_jobs = 24;
+
+Words experiment(Words words) {
+    words.insert(words.begin(), {BTFIELD_CLI, "experiment"});
+    return words;
+}
+
+/// The program beside this one.
+class Running {
+  public:
+    Running(Words words, const fs::path& folder)
+        : words_(std::move(words)),
+          out_((folder / "child-out").string()),
+          err_((folder / "child-err").string()) {
+        std::vector<char*> arguments;
+        for (std::string& word : words_) arguments.push_back(word.data());
+        arguments.push_back(nullptr);
+        const Surroundings around;
+        child_ = ::fork();
+        if (child_ == 0) test::become(arguments.data(), around, out_.c_str(), err_.c_str());
+    }
+    void kill(int signal) const { ::kill(child_, signal); }
+    /// 128 + signal, or the exit code.
+    int wait() {
+        int status = 0;
+        ::waitpid(child_, &status, 0);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    }
+    [[nodiscard]] std::string err() const { return test::bytes_of(err_); }
+
+  private:
+    Words words_;
+    std::string out_, err_;
+    pid_t child_ = -1;
+};
+
+std::size_t rows_so_far(const fs::path& database) {
+    try {
+        return test::query_lines(database, "SELECT key FROM jobs", 1).size();
+    } catch (const std::exception&) {
+        return 0;  // not made yet
+    }
+}
+
+TEST(ExperimentCommand, RunTableMergeReport) {
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
+    const Ended run = run_program(experiment({"run", config, "--out", database, "--json"}));
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json object = json::parse(run.out);
+    EXPECT_EQ(object["jobs"], small_jobs);
+    EXPECT_EQ(object["done"], small_jobs);
+    EXPECT_EQ(object["failed"], 0);
+    EXPECT_EQ(object["skipped"], 0);
+    EXPECT_GT(object["seconds"]["total"].get<double>(), 0.0);
+
+    for (const char* format : {"text", "md", "csv", "latex"}) {
+        const Ended table = run_program(experiment({"table", database, "--format", format}));
+        EXPECT_EQ(table.code, 0) << table.err;
+        EXPECT_NE(table.out.find(format == std::string("csv") ? "3d-car" : "3D CAR"), std::string::npos)
+            << table.out;
+    }
+    const json tables = json::parse(run_program(experiment({"table", database, "--json"})).out);
+    EXPECT_EQ(tables["tables"].size(), 1U);
+    EXPECT_EQ(tables["tables"][0]["models"].size(), 2U);
+
+    const std::string merged = (folder / "m.db").string();
+    const json merge =
+        json::parse(run_program(experiment({"merge", database, "--out", merged, "--json"})).out);
+    EXPECT_EQ(merge["jobs"], small_jobs);
+    const std::string page = (folder / "p.html").string();
+    EXPECT_EQ(run_program(experiment({"report", merged, "--out", page})).code, 0);
+    EXPECT_TRUE(fs::exists(page));
+}
+
+TEST(ExperimentCommand, WrongUsage) {
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
+    const std::vector<Words> wrong{{},
+                                   {"run"},
+                                   {"run", config},
+                                   {"run", config, "--out", database, "--shard", "0/2"},
+                                   {"run", config, "--out", database, "--shard", "3/2"},
+                                   {"run", config, "--out", database, "--shard", "1"},
+                                   {"run", config, "--out", database, "--jobs", "0"},
+                                   {"table", database, "--format", "xml"},
+                                   {"merge", database}};
+    for (const Words& words : wrong) {
+        const Ended ended = run_program(experiment(words));
+        EXPECT_EQ(ended.code, 2) << ended.err;
+        EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+    }
+    test::put_bytes(folder / "bad.json", R"({"picture": []})");
+    const Ended bad = run_program(experiment({"run", (folder / "bad.json").string(), "--out", database}));
+    EXPECT_EQ(bad.code, 1);
+    EXPECT_NE(bad.err.find("unknown key 'picture'"), std::string::npos) << bad.err;
+    EXPECT_FALSE(fs::exists(database));
+}
+
+TEST(ExperimentCommand, ProgressOnATerminal) {
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
+    Surroundings around;
+    around.terminal = true;
+    const Ended run = run_program(experiment({"run", config, "--out", database}), around);
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_NE(run.err.find('['), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find("/24"), std::string::npos) << run.err;
+}
+
+TEST(ExperimentCommand, FullDisk) {
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
+    Surroundings around;
+    around.file_limit = rlim_t{80} << 10;
+    const Ended full = run_program(experiment({"run", config, "--out", database}), around);
+    EXPECT_EQ(full.code, 1);
+    EXPECT_EQ(std::count(full.err.begin(), full.err.end(), '\n'), 1) << full.err;
+    EXPECT_NE(full.err.find("free some space"), std::string::npos) << full.err;
+    EXPECT_EQ(run_program(experiment({"run", config, "--out", database})).code, 0);
+    EXPECT_EQ(rows_so_far(database), static_cast<std::size_t>(small_jobs));
+}
+
+TEST(ExperimentCommand, CtrlCFinishesAndSaysHowToResume) {
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
+    Running run(experiment({"run", config, "--out", database, "--jobs", "1"}), folder.path());
+    while (rows_so_far(database) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    run.kill(SIGINT);
+    const int code = run.wait();
+    const std::string err = run.err();
+    const auto rows = rows_so_far(database);
+    if (rows < static_cast<std::size_t>(small_jobs)) {  // else the signal came too late
+        EXPECT_EQ(code, 1) << err;
+        EXPECT_NE(err.find("run the same command again"), std::string::npos) << err;
+        EXPECT_NE(err.find(std::to_string(rows) + " of 24 jobs"), std::string::npos) << err;
+    }
+    EXPECT_EQ(run_program(experiment({"run", config, "--out", database})).code, 0);
+    EXPECT_EQ(rows_so_far(database), static_cast<std::size_t>(small_jobs));
+}
+
+/// Runs, is killed after a random time, and runs again, fifty times; then to the end.
+TEST(ExperimentCommandLong, FiftyKills) {
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
+    const std::string whole = (folder / "whole.db").string(), best = (folder / "best").string();
+    const auto start = std::chrono::steady_clock::now();
+    ASSERT_EQ(
+        run_program(experiment({"run", config, "--out", whole, "--synth-out", best, "--jobs", "2"})).code, 0);
+    const double once = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+    std::mt19937 random(20);
+    std::uniform_real_distribution<double> moment(0.0, 1.1 * once);
+    std::map<std::string, std::string> rows;  // by key
+    int killed = 0;
+    std::set<std::size_t> states;
+    while (killed < 50) {
+        Running run(experiment({"run", config, "--out", database, "--synth-out", best, "--jobs", "2"}),
+                    folder.path());
+        std::this_thread::sleep_for(std::chrono::duration<double>(moment(random)));
+        run.kill(SIGKILL);
+        const int code = run.wait();
+        ASSERT_TRUE(code == 128 + SIGKILL || code == 0) << run.err();
+        killed += code == 0 ? 0 : 1;
+        if (!fs::exists(database)) continue;
+        // What was there is there as it was, times included: no job was lost and none was done again.
+        std::map<std::string, std::string> now;
+        if (rows_so_far(database) > 0) {
+            for (const std::string& row : whole_rows(database)) now.emplace(row.substr(0, 64), row);
+        }
+        for (const auto& [key, row] : rows) EXPECT_EQ(now[key], row);
+        rows = now;
+        states.insert(rows.size());
+        if (rows.size() == static_cast<std::size_t>(small_jobs)) {  // complete: begin anew
+            EXPECT_EQ(comparable_rows(database), comparable_rows(whole));
+            for (const char* suffix : {"", "-wal", "-shm", "-lock"}) fs::remove(database + suffix);
+            rows.clear();
+        }
+    }
+    EXPECT_EQ(run_program(experiment({"run", config, "--out", database, "--jobs", "2"})).code, 0);
+    EXPECT_EQ(comparable_rows(database), comparable_rows(whole));
+    EXPECT_GE(states.size(), 4U) << "the kills came all at the same place";
+}
+
+/// The committed experiment: all ten models.
+TEST(ExperimentCommandLong, CommittedExperiment) {
+    const TemporaryFolder folder;
+    const std::string config = BTFIELD_TEST_DATA "/experiment.json", database = (folder / "r.db").string();
+    const Ended run = run_program(
+        experiment({"run", config, "--out", database, "--synth-out", (folder / "best").string(), "--json"}));
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json object = json::parse(run.out);
+    EXPECT_EQ(object["failed"], 0);
+    const json table = json::parse(run_program(experiment({"table", database, "--json"})).out)["tables"][0];
+    EXPECT_EQ(table["models"].size(), 10U);
+    for (const json& row : table["models"]) {
+        for (const json& cell : row["materials"]) {
+            // Whatever the model, its colours are those of a field with the picture's mean and variance: P4's
+            // worst material and model, 2D MA on silver-gold, has 23 %.
+            EXPECT_GT(cell["pictures"].get<int>(), 0) << row["model"];
+            EXPECT_LT(cell["mean"].get<double>(), 23.0) << row["model"];
+        }
+    }
+    EXPECT_EQ(run_program(experiment({"report", database, "--out", (folder / "p.html").string()})).code, 0);
+}
+
+#ifdef BTFIELD_MPIEXEC
+Words ranks(int count, Words words) {
+    words.insert(words.begin(), {BTFIELD_MPIEXEC, "-n", std::to_string(count)});
+    return words;
+}
+
+TEST(ExperimentCommand, TwoRanks) {
+    // What a container without network, remote shells or a user of its own needs from Open MPI.
+    for (const auto& [variable, value] :
+         std::map<std::string, std::string>{{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+                                            {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
+                                            {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
+                                            {"OMPI_MCA_plm_rsh_agent", "/bin/false"},
+                                            {"OMPI_MCA_btl", "self,vader"},
+                                            {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"}}) {
+        ::setenv(variable.c_str(), value.c_str(), 1);
+    }
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string();
+    const std::string one = (folder / "1.db").string(), two = (folder / "2.db").string();
+    ASSERT_EQ(run_program(experiment({"run", config, "--out", one})).code, 0);
+    const Ended run = run_program(ranks(2, experiment({"run", config, "--out", two, "--json"})));
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(json::parse(run.out)["done"], small_jobs) << run.out;  // one object: rank 0's
+    EXPECT_EQ(comparable_rows(two), comparable_rows(one));
+    const Ended again = run_program(ranks(2, experiment({"run", config, "--out", two, "--json"})));
+    EXPECT_EQ(json::parse(again.out)["skipped"], small_jobs);
+
+    const Ended wrong =
+        run_program(ranks(2, experiment({"run", (folder / "absent.json").string(), "--out", two})));
+    EXPECT_EQ(wrong.code, 1) << wrong.err;
+    EXPECT_NE(wrong.err.find("absent.json"), std::string::npos) << wrong.err;
+}
+#endif
+
+}  // namespace
+}  // namespace btfield

@@ -1,0 +1,240 @@
+// P4's Table 1 from rows that are known, in every format, and the page.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "btfield/error.hpp"
+#include "btfield/experiment.hpp"
+#include "host/experiment/plot.hpp"
+#include "host/experiment/results_database.hpp"
+#include "host/experiment/thumbnail.hpp"
+#include "tests/experiment_cases.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+
+JobResult job(const std::string& picture, ModelKind model, int order, double memd_star) {
+    JobResult result;
+    result.picture = picture;
+    result.settings.model = model;
+    result.settings.order = order;
+    result.metric = "max";
+    result.key = picture + std::string(name(model)) + std::to_string(order);
+    result.status = std::isnan(memd_star) ? JobStatus::refused : JobStatus::done;
+    if (result.status == JobStatus::done) {
+        result.memd_star = memd_star;
+        result.memd = 2.55 * memd_star;
+    } else {
+        result.reason = "it does not certify";
+    }
+    return result;
+}
+
+/// Material "a|b, \"c\" & <d>_%" has pictures 1 and 2 (κ 2 and 5), material "e" picture 3 (κ 0.5).
+fs::path known_results(const TemporaryFolder& folder) {
+    ResultsDatabase database(folder / "known.db", "make it");
+    ExperimentConfig config;
+    config.name = "known <one>";
+    config.text = "{\"a\": \"<&>\"}";
+    database.add(config);
+    std::vector<PictureSource> sources(3);
+    for (std::size_t i = 0; i < 3; ++i) {
+        sources[i].name = "p" + std::to_string(i + 1) + ".ppm";
+        sources[i].file = folder / sources[i].name;
+        sources[i].material = i < 2 ? "a|b, \"c\" & <d>_%" : "e";
+        sources[i].picture = std::to_string(i + 1);
+        test::write_texture(sources[i].file, static_cast<unsigned>(i));
+    }
+    database.add(sources);
+    const std::vector<double> kappas{2.0, 5.0, 0.5};
+    for (std::size_t i = 0; i < 3; ++i) {
+        WorkReport report;
+        report.facts = PictureFacts{sources[i].picture, kappas[i], {32, 40}, 3};
+        database.add(report);
+    }
+    WorkReport report;
+    report.results = {
+        job("1", ModelKind::car2d, 1, 6.0), job("1", ModelKind::car2d, 3, 4.0),
+        job("2", ModelKind::car2d, 1, 8.0), job("1", ModelKind::car3d, 1, 3.0),
+        job("2", ModelKind::car3d, 1, 4.0), job("3", ModelKind::car2d, 1, 1.0),
+        job("3", ModelKind::car3d, 1, NAN), job("3", ModelKind::ma3d, 1, 1.5),
+    };
+    report.kept = {{"1", "3d-car", "match", "max", "13d-car1", (folder / "p2.ppm").string()}};
+    database.add(report);
+    database.close();
+    return folder / "known.db";
+}
+
+TEST(ExperimentTable, MeansDeviationsAndKappa) {
+    const TemporaryFolder folder;
+    const std::vector<ExperimentTable> tables = experiment_tables(known_results(folder));
+    ASSERT_EQ(tables.size(), 1U);
+    const ExperimentTable& table = tables[0];
+    EXPECT_EQ(table.metric, "max");
+    EXPECT_EQ(table.marginals, "match");
+    EXPECT_EQ(table.done, 7U);
+    EXPECT_EQ(table.refused, 1U);
+    EXPECT_EQ(table.failed, 0U);
+    ASSERT_EQ(table.materials.size(), 2U);
+    EXPECT_EQ(table.materials[1], "e");
+    EXPECT_EQ(table.pictures, (std::vector<int>{2, 1}));
+    ASSERT_EQ(table.rows.size(), 3U);
+    EXPECT_EQ(table.rows[0].model, "2d-car");
+    EXPECT_EQ(table.rows[1].model, "3d-car");
+    EXPECT_EQ(table.rows[2].model, "3d-ma");
+    // 2D CAR: the best of picture 1 is 4, of picture 2 is 8, of picture 3 is 1.
+    EXPECT_DOUBLE_EQ(table.rows[0].materials[0].mean, 6.0);
+    EXPECT_DOUBLE_EQ(table.rows[0].materials[0].deviation, 2.0);
+    EXPECT_EQ(table.rows[0].materials[0].pictures, 2);
+    EXPECT_DOUBLE_EQ(table.rows[0].all.mean, 13.0 / 3.0);
+    EXPECT_DOUBLE_EQ(table.rows[0].all.deviation, std::sqrt((16.0 + 64.0 + 1.0) / 3.0 - 169.0 / 9.0));
+    EXPECT_DOUBLE_EQ(table.rows[1].materials[0].mean, 3.5);
+    EXPECT_EQ(table.rows[1].materials[1].pictures, 0);
+    EXPECT_TRUE(std::isnan(table.rows[1].materials[1].mean));
+    // κ: median of 2 and 5; the best of 2D are 4 and 8, of 3D 3 and 4.
+    EXPECT_DOUBLE_EQ(table.colours[0].kappa, 3.5);
+    EXPECT_TRUE(table.colours[0].needs_3d);
+    EXPECT_DOUBLE_EQ(table.colours[0].best_2d, 6.0);
+    EXPECT_DOUBLE_EQ(table.colours[0].best_3d, 3.5);
+    EXPECT_TRUE(table.colours[0].gap);
+    EXPECT_FALSE(table.colours[1].needs_3d);
+    EXPECT_DOUBLE_EQ(table.colours[1].best_2d, 1.0);
+    EXPECT_DOUBLE_EQ(table.colours[1].best_3d, 1.5);
+    EXPECT_FALSE(table.colours[1].gap);
+}
+
+TEST(ExperimentTable, Formats) {
+    const TemporaryFolder folder;
+    const std::vector<ExperimentTable> tables = experiment_tables(known_results(folder));
+    const auto holds = [&](TableFormat format, const std::string& part) {
+        const std::string text = format_tables(tables, format);
+        EXPECT_NE(text.find(part), std::string::npos) << part << " in:\n" << text;
+    };
+    for (const char* part : {"2D CAR", "6.00", "2.00", "κ(256)", "7 jobs done, 1 refused, 0 failed"}) {
+        holds(TableFormat::text, part);
+    }
+    holds(TableFormat::markdown, "| a\\|b, \"c\" & <d>_% (2) | std |");
+    holds(TableFormat::markdown, "| 2D CAR | 6.00 | 2.00 | 1.00 | 0.00 | 4.33 | 2.87 |");
+    holds(TableFormat::markdown, "| 3D CAR | 3.50 | 0.50 | - | - | 3.50 | 0.50 |");
+    holds(TableFormat::csv, "max,match,\"a|b, \"\"c\"\" & <d>_%\",3.5,6,3.5,2d-car,6,2,2\n");
+    holds(TableFormat::csv, "max,match,e,0.5,1,1.5,3d-car,,,0\n");
+    holds(TableFormat::latex, "a|b, \"c\" \\& <d>\\_\\% (2)");
+    holds(TableFormat::latex, "2D CAR & 6.00 & 2.00 & 1.00 & 0.00 & 4.33 & 2.87 \\\\");
+    holds(TableFormat::latex, "$\\kappa$(256) & 3.5");
+    // As many cells in every line of a Markdown table.
+    const std::string markdown = format_tables(tables, TableFormat::markdown);
+    const std::regex unescaped(R"([^\\]\|)");
+    std::size_t at = markdown.find("| model");
+    std::ptrdiff_t cells = -1;
+    while (markdown[at] == '|') {
+        const std::size_t end = markdown.find('\n', at);
+        const std::string line = " " + markdown.substr(at, end - at);
+        const std::ptrdiff_t count =
+            std::distance(std::sregex_iterator(line.begin(), line.end(), unescaped), std::sregex_iterator());
+        if (cells >= 0) {
+            EXPECT_EQ(count, cells) << line;
+        }
+        cells = count;
+        at = end + 1;
+    }
+    EXPECT_EQ(cells, 8);
+}
+
+TEST(ExperimentTable, EmptyDatabase) {
+    const TemporaryFolder folder;
+    { ResultsDatabase database(folder / "empty.db", "make it"); }
+    EXPECT_TRUE(experiment_tables(folder / "empty.db").empty());
+    EXPECT_EQ(format_tables({}, TableFormat::text), "no jobs yet\n");
+    write_experiment_report(folder / "empty.db", folder / "page.html");
+    EXPECT_NE(test::bytes_of(folder / "page.html").find("</html>"), std::string::npos);
+}
+
+/// Every element that opens closes again, in order; nothing is loaded from elsewhere.
+void expect_page(const std::string& html) {
+    std::vector<std::string> open;
+    const std::regex tag(R"(<(/?)([a-z0-9]+)((?:"[^"]*"|[^">])*?)(/?)>)", std::regex::icase);
+    const std::set<std::string> alone{"meta", "img", "br"};
+    // Long attributes (pictures) are looked at and taken out: std::regex recurses over every character.
+    std::string text;
+    for (std::size_t at = 0; at < html.size();) {
+        const std::size_t start = html.find("data:image/png;base64,", at);
+        text += html.substr(at, start - at);
+        if (start == std::string::npos) break;
+        at = html.find('"', start);
+        EXPECT_EQ(html.substr(start + 22, 11), "iVBORw0KGgo") << "no PNG";
+    }
+    text = std::regex_replace(text, std::regex("<style>[^<]*</style>"), "");
+    for (std::sregex_iterator it(text.begin(), text.end(), tag), end; it != end; ++it) {
+        const std::string element = (*it)[2];
+        if (alone.count(element) == 1 || (*it)[4] == "/") continue;
+        if ((*it)[1] != "/") {
+            open.push_back(element);
+        } else {
+            ASSERT_FALSE(open.empty()) << it->str();
+            ASSERT_EQ(open.back(), element) << it->str();
+            open.pop_back();
+        }
+    }
+    EXPECT_TRUE(open.empty());
+    for (const char* elsewhere : {"http:", "https:", "src=\"/", "<script", "<link", "url("}) {
+        EXPECT_EQ(html.find(elsewhere), std::string::npos) << elsewhere;
+    }
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+    return count;
+}
+
+TEST(ExperimentTable, PageIsCompleteAndAlone) {
+    const TemporaryFolder folder;
+    const fs::path database = known_results(folder);
+    std::filesystem::remove(folder / "p3.ppm");
+    write_experiment_report(database, folder / "page.html");
+    const std::string html = test::bytes_of(folder / "page.html");
+    expect_page(html);
+    EXPECT_EQ(count_of(html, "<section class=\"picture\">"), 3U);
+    // Originals of pictures 1 and 2 and one kept texture; picture 3 is gone.
+    EXPECT_EQ(count_of(html, "<img "), 3U);
+    EXPECT_EQ(count_of(html, ">not at hand<"), 1U);
+    EXPECT_EQ(count_of(html, ">not kept<"), 5U);
+    EXPECT_EQ(count_of(html, "<table"), 1U);
+    EXPECT_EQ(count_of(html, "<path "), 3U);  // a line for each model, one K
+    EXPECT_NE(html.find("a|b, &quot;c&quot; &amp; &lt;d&gt;_%"), std::string::npos);
+    EXPECT_NE(html.find("known &lt;one&gt;"), std::string::npos);
+    write_experiment_report(database, folder / "page.html", 1);
+    EXPECT_EQ(count_of(test::bytes_of(folder / "page.html"), "<section class=\"picture\">"), 1U);
+    EXPECT_THROW(write_experiment_report(database, folder / "absent" / "page.html"), InputError);
+}
+
+TEST(ExperimentTable, Base64) {  // RFC 4648, section 10
+    EXPECT_EQ(base64(""), "");
+    EXPECT_EQ(base64("f"), "Zg==");
+    EXPECT_EQ(base64("fo"), "Zm8=");
+    EXPECT_EQ(base64("foo"), "Zm9v");
+    EXPECT_EQ(base64("foob"), "Zm9vYg==");
+    EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+    EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+}
+
+TEST(ExperimentTable, PlotLeavesGaps) {
+    const std::string svg =
+        line_plot("t", "x", {"1", "2", "3"},
+                  {{"whole", "#000", false, {1.0, 2.0, 3.0}}, {"part", "#111", true, {NAN, 2.0, NAN}}});
+    EXPECT_EQ(count_of(svg, "<circle "), 4U);
+    EXPECT_EQ(count_of(svg, "stroke-dasharray"), 1U);
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
+    EXPECT_EQ(line_plot("t", "x", {}, {}).find("nan"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace btfield

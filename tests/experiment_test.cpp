@@ -1,0 +1,409 @@
+// Experiments from configuration to rows: sameness, resumption, failures, ranks, shards.
+
+#include "btfield/experiment.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "btfield/criteria.hpp"
+#include "btfield/error.hpp"
+#include "host/experiment/picture_work.hpp"
+#include "host/experiment/results_database.hpp"
+#include "tests/experiment_cases.hpp"
+#include "tests/full_disk.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+using test::comparable_rows;
+using test::put_bytes;
+using test::query_lines;
+using test::small_experiment;
+using test::TemporaryFolder;
+using test::whole_rows;
+
+constexpr std::uint64_t small_jobs = 24;
+
+std::string error_of(const ExperimentConfig& config, const fs::path& database,
+                     const ExperimentRunOptions& options) {
+    try {
+        run_experiment(config, database, options);
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+ExperimentRunOptions threads(int count) {
+    ExperimentRunOptions options;
+    options.jobs = count;
+    return options;
+}
+
+TEST(Experiment, TwoRunsGiveTheSameRowsWhateverTheDivision) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    const ExperimentResult first = run_experiment(config, folder / "1.db", threads(1));
+    EXPECT_EQ(first.jobs, small_jobs);
+    EXPECT_EQ(first.done, small_jobs);
+    EXPECT_FALSE(first.interrupted);
+    const std::vector<std::string> rows = comparable_rows(folder / "1.db");
+    EXPECT_EQ(rows.size(), small_jobs);
+
+    run_experiment(config, folder / "2.db", threads(2));
+    EXPECT_EQ(comparable_rows(folder / "2.db"), rows);
+    ExperimentRunOptions one_at_a_time = threads(1);
+    one_at_a_time.unit = 1;
+    run_experiment(config, folder / "3.db", one_at_a_time);
+    EXPECT_EQ(comparable_rows(folder / "3.db"), rows);
+
+    const std::vector<std::string> before = whole_rows(folder / "1.db");
+    const ExperimentResult again = run_experiment(config, folder / "1.db", threads(1));
+    EXPECT_EQ(again.skipped, small_jobs);
+    EXPECT_EQ(again.done, 0U);
+    EXPECT_EQ(whole_rows(folder / "1.db"), before);
+    // Nothing is left lying about.
+    for (const std::string& name : folder.names()) {
+        EXPECT_EQ(name.find("-lock"), std::string::npos);
+        EXPECT_EQ(name.find("-wal"), std::string::npos);
+    }
+}
+
+TEST(Experiment, RowsAreWhatTheStationsSay) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    run_experiment(config, folder / "r.db", threads(1));
+    const Image picture = read_picture(folder / "b.ppm").image;
+    Device device;
+    FitOptions options;
+    options.model = ModelKind::car2d;
+    options.order = 2;
+    options.levels = 1;
+    const TextureModel model = fit(device, picture, options);
+    const Image texture =
+        as_stored(Synthesiser(device, model, picture.size()).synthesise(7), PixelType::uint8);
+    Connection connection(folder / "r.db", Connection::Access::read, "read");
+    Statement row(
+        connection,
+        "SELECT memd, memd_star, lag_covariance_error, certified, parameters, kappa FROM results WHERE "
+        "material = 'bark' AND model = '2d-car' AND \"order\" = 2 AND seed = 7");
+    ASSERT_TRUE(row.step());
+    const Memd expected = memd(device, picture, texture);
+    EXPECT_EQ(row.real(0), expected.memd);
+    EXPECT_EQ(row.real(1), expected.memd_star);
+    EXPECT_EQ(row.real(2), compare(picture, texture).lag_covariance_error);
+    EXPECT_EQ(row.number(3), is_valid(model) ? 1 : 0);
+    EXPECT_EQ(row.number(4), static_cast<std::int64_t>(parameter_count(model)));
+    EXPECT_EQ(row.real(5), kappa(picture).kappa);
+    EXPECT_FALSE(row.step());
+}
+
+TEST(Experiment, KeptTexturesAreThoseThatWereMeasured) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    ExperimentRunOptions options = threads(2);
+    options.textures = folder / "best";
+    run_experiment(config, folder / "r.db", options);
+    const auto kept = [&] {
+        return query_lines(
+            folder / "r.db",
+            "SELECT t.file, j.memd, f.name, j.model FROM textures t JOIN jobs j USING (key) JOIN files f "
+            "ON f.picture = t.picture ORDER BY t.file",
+            4);
+    };
+    ASSERT_EQ(kept().size(), 4U);  // 2 pictures, 2 models
+    Device device;
+    Connection connection(folder / "r.db", Connection::Access::read, "read");
+    Statement row(connection,
+                  "SELECT t.file, j.memd, f.name, (SELECT min(memd) FROM jobs o WHERE o.picture = j.picture "
+                  "AND o.model "
+                  "= j.model) FROM textures t JOIN jobs j USING (key) JOIN files f ON f.picture = t.picture");
+    while (row.step()) {
+        const Image texture = read_picture(row.text(0)).image;
+        EXPECT_EQ(memd(device, read_picture(folder / row.text(2)).image, texture).memd, row.real(1))
+            << row.text(0);
+        EXPECT_EQ(row.real(1), row.real(3));
+    }
+    // One that has gone comes back, and no job is done for it.
+    const std::string lost = query_lines(folder / "r.db", "SELECT file FROM textures LIMIT 1", 1)[0];
+    const fs::path file = lost.substr(0, lost.size() - 1);
+    const std::string bytes = test::bytes_of(file);
+    fs::remove(file);
+    EXPECT_EQ(run_experiment(config, folder / "r.db", options).done, 0U);
+    EXPECT_EQ(test::bytes_of(file), bytes);
+}
+
+TEST(Experiment, WhatCannotBeFittedIsARowAndTheRunGoesOn) {
+    const TemporaryFolder folder;
+    ExperimentConfig config = read_experiment(small_experiment(folder));
+    config.levels = {1, 6};
+    const ExperimentResult result = run_experiment(config, folder / "r.db", threads(1));
+    EXPECT_EQ(result.jobs, 2 * small_jobs);
+    EXPECT_EQ(result.done, small_jobs);
+    EXPECT_EQ(result.refused, small_jobs);
+    for (const std::string& line :
+         query_lines(folder / "r.db", "SELECT reason FROM jobs WHERE levels = 6", 1)) {
+        EXPECT_NE(line.find("levels"), std::string::npos) << line;
+    }
+    EXPECT_EQ(run_experiment(config, folder / "r.db", threads(1)).skipped, 2 * small_jobs);
+}
+
+TEST(Experiment, PictureThatVanishesOrChangesFailsAndIsTriedAgain) {
+    for (const bool vanish : {true, false}) {
+        const TemporaryFolder folder;
+        const ExperimentConfig config = read_experiment(small_experiment(folder));
+        const fs::path second = folder / "b.ppm";
+        const std::string bytes = test::bytes_of(second);
+        bool struck = false;
+        ExperimentRunOptions options = threads(1);
+        // Asked before every picture and fit: the second question comes when the first picture has been read.
+        std::atomic<int> questions{0};
+        options.stop = [&] {
+            if (++questions > 3 && !struck) {
+                struck = true;
+                if (vanish) {
+                    fs::remove(second);
+                } else {
+                    put_bytes(second, bytes + " ");
+                }
+            }
+            return false;
+        };
+        const ExperimentResult result = run_experiment(config, folder / "r.db", options);
+        EXPECT_EQ(result.done, small_jobs / 2);
+        EXPECT_EQ(result.failed, small_jobs / 2);
+        EXPECT_NE(result.failure.find("b.ppm"), std::string::npos) << result.failure;
+        EXPECT_EQ(query_lines(folder / "r.db", "SELECT * FROM jobs WHERE status = 'failed'", 1).size(),
+                  small_jobs / 2);
+
+        put_bytes(second, bytes);
+        const ExperimentResult again = run_experiment(config, folder / "r.db", threads(1));
+        EXPECT_EQ(again.skipped, small_jobs / 2);
+        EXPECT_EQ(again.done, small_jobs / 2);
+        run_experiment(config, folder / "whole.db", threads(1));
+        EXPECT_EQ(comparable_rows(folder / "r.db"), comparable_rows(folder / "whole.db"));
+    }
+}
+
+TEST(Experiment, MissingPictureIsSaidBeforeAnyWork) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    fs::remove(folder / "b.ppm");
+    EXPECT_NE(error_of(config, folder / "r.db", threads(1)).find("b.p?m"), std::string::npos);
+    EXPECT_EQ(query_lines(folder / "r.db", "SELECT * FROM jobs", 1).size(), 0U);
+}
+
+TEST(Experiment, StopEndsAfterTheFitUnderWayAndResumes) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    run_experiment(config, folder / "whole.db", threads(1));
+    for (const int fits : {0, 1, 4, 9}) {
+        const fs::path database = folder / ("r" + std::to_string(fits) + ".db");
+        ExperimentRunOptions options = threads(1);
+        // Only whether enough is in the database decides: the number of questions is nobody's business.
+        options.stop = [&] {
+            return fits == 0 ||
+                   (fs::exists(database) && query_lines(database, "SELECT * FROM jobs", 1).size() >=
+                                                static_cast<std::size_t>(2 * fits));
+        };
+        const ExperimentResult part = run_experiment(config, database, options);
+        EXPECT_TRUE(part.interrupted);
+        EXPECT_GE(part.done, static_cast<std::uint64_t>(2 * fits));
+        EXPECT_LT(part.done, small_jobs);
+        const ExperimentResult rest = run_experiment(config, database, threads(1));
+        EXPECT_EQ(rest.skipped, part.done);
+        EXPECT_EQ(rest.done, small_jobs - part.done);
+        EXPECT_EQ(comparable_rows(database), comparable_rows(folder / "whole.db"));
+    }
+}
+
+TEST(Experiment, ShardsMergeToTheWhole) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    run_experiment(config, folder / "whole.db", threads(1));
+    for (const int shards : {2, 3}) {  // by picture; by fit
+        std::vector<fs::path> parts;
+        std::uint64_t jobs = 0;
+        for (int i = 1; i <= shards; ++i) {
+            ExperimentRunOptions options = threads(1);
+            options.shard = i;
+            options.shards = shards;
+            parts.push_back(folder / (std::to_string(i) + "-of-" + std::to_string(shards) + ".db"));
+            jobs += run_experiment(config, parts.back(), options).done;
+        }
+        EXPECT_EQ(jobs, small_jobs);
+        const fs::path merged = folder / ("merged" + std::to_string(shards) + ".db");
+        const ExperimentResult result = merge_experiments(parts, merged);
+        EXPECT_EQ(result.jobs, small_jobs);
+        EXPECT_EQ(result.done, small_jobs);
+        EXPECT_EQ(comparable_rows(merged), comparable_rows(folder / "whole.db"));
+        EXPECT_THROW(merge_experiments(parts, merged), InputError);
+        EXPECT_EQ(run_experiment(config, merged, threads(1)).skipped, small_jobs);
+    }
+    EXPECT_THROW(merge_experiments({folder / "absent.db"}, folder / "new.db"), InputError);
+    EXPECT_FALSE(fs::exists(folder / "new.db"));
+}
+
+TEST(Experiment, DatabaseOfAnotherRunOrProgramOrDamaged) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    {
+        const RunLock lock(folder / "r.db", "hold it");
+        EXPECT_NE(error_of(config, folder / "r.db", threads(1)).find("another run"), std::string::npos);
+    }
+    run_experiment(config, folder / "r.db", threads(1));
+    const std::string good = test::bytes_of(folder / "r.db");
+
+    put_bytes(folder / "text.db", std::string(5000, 'x'));
+    EXPECT_NE(error_of(config, folder / "text.db", threads(1)).find("no SQLite database"), std::string::npos);
+    EXPECT_THROW(static_cast<void>(experiment_tables(folder / "text.db")), InputError);
+    EXPECT_EQ(test::bytes_of(folder / "text.db"), std::string(5000, 'x'));
+
+    { Connection(folder / "other.db", Connection::Access::create, "make").execute("CREATE TABLE t(x)"); }
+    EXPECT_NE(error_of(config, folder / "other.db", threads(1)).find("no database of experiments"),
+              std::string::npos);
+
+    { Connection(folder / "r.db", Connection::Access::write, "change").execute("PRAGMA user_version = 99"); }
+    EXPECT_NE(error_of(config, folder / "r.db", threads(1)).find("version 99"), std::string::npos);
+
+    // Any page overwritten, the file cut anywhere: an error, or at least no crash and no wrong row.
+    put_bytes(folder / "good.db", good);
+    const std::vector<std::string> rows = comparable_rows(folder / "good.db");
+    int refused = 0;
+    constexpr std::size_t page = 4096;
+    for (std::size_t at = 0; at + page <= good.size(); at += page) {
+        std::string bad = good;
+        bad.replace(at, page, std::string(page, '\xA5'));
+        put_bytes(folder / "bad.db", bad);
+        try {
+            static_cast<void>(experiment_tables(folder / "bad.db"));
+            EXPECT_EQ(comparable_rows(folder / "bad.db"), rows);
+        } catch (const InputError& error) {
+            ++refused;
+            EXPECT_NE(std::string(error.what()).find("database"), std::string::npos) << error.what();
+        }
+    }
+    EXPECT_GE(refused, 5);
+    put_bytes(folder / "bad.db", good.substr(0, good.size() / 2));
+    EXPECT_NE(error_of(config, folder / "bad.db", threads(1)).find("damaged"), std::string::npos);
+}
+
+TEST(Experiment, FullDiskKeepsWhatWasCommitted) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    run_experiment(config, folder / "whole.db", threads(1));
+    int failures = 0;
+    for (const int kilobytes : {4, 40, 70, 90}) {
+        {
+            const test::FullDisk disk(static_cast<rlim_t>(kilobytes) << 10);
+            try {
+                run_experiment(config, folder / "r.db", threads(1));
+            } catch (const InputError& error) {
+                ++failures;
+                EXPECT_NE(std::string(error.what()).find("space"), std::string::npos) << error.what();
+            }
+        }
+    }
+    EXPECT_GE(failures, 2);
+    run_experiment(config, folder / "r.db", threads(1));
+    EXPECT_EQ(comparable_rows(folder / "r.db"), comparable_rows(folder / "whole.db"));
+}
+
+TEST(Experiment, NoDevice) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    ExperimentRunOptions options = threads(2);
+    options.device = "no such device";
+    EXPECT_THROW(run_experiment(config, folder / "r.db", options), DeviceError);
+}
+
+/// Ranks that are threads of this process.
+class Post {
+  public:
+    explicit Post(int size) : boxes_(static_cast<std::size_t>(size)) {}
+    class Rank final : public ExperimentRanks {
+      public:
+        Rank(Post& post, int rank) : post_(post), rank_(rank) {}
+        [[nodiscard]] int rank() const override { return rank_; }
+        [[nodiscard]] int size() const override { return static_cast<int>(post_.boxes_.size()); }
+        void send(int to, const std::string& message) override {
+            const std::lock_guard lock(post_.mutex_);
+            post_.boxes_[static_cast<std::size_t>(to)].push_back({rank_, message});
+        }
+        [[nodiscard]] std::optional<Message> receive() override {
+            const std::lock_guard lock(post_.mutex_);
+            auto& box = post_.boxes_[static_cast<std::size_t>(rank_)];
+            if (box.empty()) return std::nullopt;
+            Message message = std::move(box.front());
+            box.pop_front();
+            return message;
+        }
+
+      private:
+        Post& post_;
+        int rank_;
+    };
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::deque<ExperimentRanks::Message>> boxes_;
+};
+
+/// \param devices one per rank
+ExperimentResult run_with_ranks(const ExperimentConfig& config, const fs::path& database,
+                                const std::vector<std::string>& devices, const fs::path& textures = {}) {
+    const auto size = static_cast<int>(devices.size());
+    Post post(size);
+    std::vector<std::jthread> others;
+    for (int r = 1; r < size; ++r) {
+        others.emplace_back([&, r] {
+            Post::Rank rank(post, r);
+            ExperimentRunOptions options;
+            options.ranks = &rank;
+            options.device = devices[static_cast<std::size_t>(r)];
+            run_experiment({}, {}, options);
+        });
+    }
+    Post::Rank rank(post, 0);
+    ExperimentRunOptions options;
+    options.ranks = &rank;
+    options.device = devices[0];
+    options.textures = textures;
+    return run_experiment(config, database, options);
+}
+
+TEST(Experiment, RanksShareTheJobs) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    run_experiment(config, folder / "whole.db", threads(1));
+    const ExperimentResult result = run_with_ranks(config, folder / "r.db", {"", "", ""}, folder / "best");
+    EXPECT_EQ(result.done, small_jobs);
+    EXPECT_EQ(comparable_rows(folder / "r.db"), comparable_rows(folder / "whole.db"));
+    EXPECT_EQ(query_lines(folder / "r.db", "SELECT * FROM textures", 1).size(), 4U);
+    EXPECT_EQ(run_with_ranks(config, folder / "r.db", {"", ""}).skipped, small_jobs);
+}
+
+TEST(Experiment, RankThatCannotWorkIsDoneWithout) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(small_experiment(folder));
+    const std::string none = "no such device";
+    EXPECT_EQ(run_with_ranks(config, folder / "1.db", {"", none}).done, small_jobs);
+    EXPECT_EQ(run_with_ranks(config, folder / "2.db", {none, ""}).done, small_jobs);
+    EXPECT_THROW(run_with_ranks(config, folder / "3.db", {none, none}), DeviceError);
+    // Rank 0 fails before there is anything to do: the others return all the same.
+    put_bytes(folder / "text.db", std::string(5000, 'x'));
+    EXPECT_THROW(run_with_ranks(config, folder / "text.db", {"", ""}), InputError);
+}
+
+}  // namespace
+}  // namespace btfield
