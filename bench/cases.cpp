@@ -18,6 +18,7 @@ void add_all() {
     add_lag_covariance();
     add_fit();
     add_synthesis();
+    add_memd();
 }
 
 namespace {

@@ -18,6 +18,7 @@ void add_pyramid();
 void add_lag_covariance();
 void add_fit();
 void add_synthesis();
+void add_memd();
 void add_all();
 
 /// The device of $BTFIELD_DEVICE, else the best; opened once.
