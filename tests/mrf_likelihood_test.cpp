@@ -303,8 +303,10 @@ TEST(MrfLikelihood, PlanesThatRepeatEachOther) {
     const LagCovariance data = lag_covariance(image, difference_box(support));
     for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal}) {
         const MrfLikelihoodFit fit = fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, noise);
-        EXPECT_TRUE(fit.certified);
-        for (const double ratio : fit.variance_ratio) EXPECT_NEAR(ratio, 1.0, 1e-4);
+        EXPECT_TRUE(fit.certified) << name(noise);
+        for (const double ratio : fit.variance_ratio)
+            EXPECT_NEAR(ratio, 1.0, 1e-4)
+                << name(noise) << " penalty " << fit.penalty << " conv " << fit.converged;
     }
     const MrfLikelihoodFit pseudo = fit_pmrf_ml(data, folded_periodogram(image), NeighbourhoodKind::symmetric,
                                                 support, {}, NoiseForm::full);
