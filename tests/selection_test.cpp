@@ -176,8 +176,8 @@ TEST(Selection, LevelsFollowTheScalesOfThePicture) {
     grain.noise_covariance = {0.01};
     LinearField waves = grain;
     waves.offsets = {{-1, 0}, {0, -1}};
-    waves.coefficients = {0.48, 0.48};
-    waves.noise_covariance = {0.2};
+    waves.coefficients = {0.4, 0.4};
+    waves.noise_covariance = {0.02};
     const Size size{256, 256};
     FitOptions options = plain(ModelKind::car3d);
     options.order = 2;
@@ -222,9 +222,7 @@ TEST(Selection, KappaChoosesDimensionsAndTheLikelihoodTheFamily) {
 
     LinearField markov = field_of(NeighbourhoodKind::symmetric, 2, 1, 0.0, 1);
     for (size_t s = 0; s < markov.offsets.size(); ++s)
-        markov.coefficients[s] = markov.offsets[s].row == 0      ? 0.3
-                                 : markov.offsets[s].column == 0 ? 0.15
-                                                                 : -0.02;
+        markov.coefficients[s] = markov.offsets[s].row == 0 || markov.offsets[s].column == 0 ? 0.2 : 0.04;
     const TextureModel single = chosen(ModelKind::mmrf3d, markov, 0.01);
     EXPECT_EQ(single.kind, ModelKind::mmrf3d) << reasons_of(single);
     EXPECT_NE(reasons_of(single).find("one plane"), std::string::npos) << reasons_of(single);
