@@ -31,6 +31,13 @@
 #define COLUMN (REACH + VW)
 #define STEP (D * COLUMN)
 
+// d up to 4 unrolls wholly, so that sums stay in registers; beyond, loops stay loops.
+#if D <= 4
+#define UNROLL _Pragma("unroll")
+#else
+#define UNROLL _Pragma("nounroll")
+#endif
+
 #ifdef BTFIELD_KERNEL_causal_recursion
 // Rows `row`… of the window, steps first … first + count − 1, from the field; 0 beyond the domain.
 inline void fetch(__global const float* y, float* window, int row, int first, int count, int lowest, int highest,
@@ -66,22 +73,28 @@ inline void advance(__global float* y, __global const float* coefficients, __glo
         for (int t = 0; t < steps; ++t) {
             float* here = window + (BACK + t) * STEP;
             REALN sum[D], n[D];
+            UNROLL
             for (int i = 0; i < D; ++i) {
                 sum[i] = 0.0f;
                 n[i] = LOADN(here + i * COLUMN + REACH);
             }
+            UNROLL
             for (int i = 0; i < D; ++i)
+                UNROLL
                 for (int j = 0; j <= i; ++j) sum[i] = fma((REALN)(root[i * D + j]), n[j], sum[i]);
             __global const float* a = coefficients;
             for (int s = 0; s < count; ++s, a += D * D) {
                 const float* at = here + displacements[s];
+                UNROLL
                 for (int j = 0; j < D; ++j) {
                     const REALN x = LOADN(at + j * COLUMN);
+                    UNROLL
                     for (int i = 0; i < D; ++i) sum[i] = fma((REALN)(a[i * D + j]), x, sum[i]);
                 }
             }
             const INTN column = (first + t) - AS_INTN(LANE_INDEX) * LAG;
             const INTN inside = MASK(column >= 0) & MASK(column < width);
+            UNROLL
             for (int i = 0; i < D; ++i) STOREN(choose(inside, sum[i], (REALN)(0.0f)), here + i * COLUMN + REACH);
         }
         for (int l = 0; l < VW && row + l < height; ++l) {

@@ -20,6 +20,13 @@
 #define D BTFIELD_PLANES
 #define ROWS BTFIELD_ROWS
 
+// d up to 4 unrolls wholly, so that sums stay in registers; beyond, loops stay loops.
+#if D <= 4
+#define UNROLL _Pragma("unroll")
+#else
+#define UNROLL _Pragma("nounroll")
+#endif
+
 inline int into(int value, int side) {
     const int rest = value % side;
     return rest < 0 ? rest + side : rest;
@@ -67,43 +74,56 @@ __kernel void convolve(__global const float* noise, __global float* out, __globa
     const int inside = column - reach.w >= 0 && column + VW + reach.z <= width;
 #endif
     REALN sum[ROWS * D];
+    UNROLL
     for (int i = 0; i < D; ++i)
+        UNROLL
         for (int k = 0; k < ROWS; ++k) sum[k * D + i] = mean[block * D + i];
     __global const float* m = coefficients + (size_t)block * count * D * D;
     for (int s = 0; s < count; ++s, m += D * D) {
         const int2 o = offsets[s];
 #if BTFIELD_LOCAL_TILE
         __local const float* at = tile + (reach.y - o.x) * tile_width + lane * VW + reach.w - o.y;
+        UNROLL
         for (int j = 0; j < D; ++j) {
+            UNROLL
             for (int k = 0; k < ROWS; ++k) {
                 const REALN x = LOADN(at + (j * tile_height + k) * tile_width);
+                UNROLL
                 for (int i = 0; i < D; ++i) sum[k * D + i] = fma((REALN)(m[i * D + j]), x, sum[k * D + i]);
             }
         }
 #else
         size_t rows[ROWS];
+        UNROLL
         for (int k = 0; k < ROWS; ++k) {
             int r = min(row + k, height - 1) - o.x;
             r = r < 0 ? r + height : r;
             rows[k] = (size_t)(r >= height ? r - height : r) * width;
         }
+        UNROLL
         for (int j = 0; j < D; ++j) {
             __global const float* plane = source + j * plane_size;
             REALN x[ROWS];
             if (inside) {
+                UNROLL
                 for (int k = 0; k < ROWS; ++k) x[k] = LOADN(plane + rows[k] + (column - o.y));
             } else {
+                UNROLL
                 for (int k = 0; k < ROWS; ++k) x[k] = load_wrapped(plane + rows[k], column - o.y, width);
             }
+            UNROLL
             for (int i = 0; i < D; ++i) {
                 const REALN a = m[i * D + j];
+                UNROLL
                 for (int k = 0; k < ROWS; ++k) sum[k * D + i] = fma(a, x[k], sum[k * D + i]);
             }
         }
 #endif
     }
     const int left = width - column;
+    UNROLL
     for (int i = 0; i < D; ++i)
+        UNROLL
         for (int k = 0; k < ROWS; ++k)
             if (row + k < height)
                 store_up_to(sum[k * D + i], out + (item * D + i) * plane_size + (size_t)(row + k) * width + column, left);
