@@ -70,6 +70,7 @@ size_t smallest(const std::vector<double>& values) {
 const Fitted* decide(const std::vector<Fitted>& fitted, double Fitted::*measure, const char* measure_name,
                      const char* format, std::string& why) {
     std::vector<double> values;
+    values.reserve(fitted.size());
     for (const Fitted& one : fitted) values.push_back(one.*measure);
     const size_t best = smallest(values);
     if (best == values.size()) return nullptr;

@@ -87,9 +87,9 @@ class RunProgress {
         }
         if (progress.seconds - last_line_ < line_interval) return;
         last_line_ = progress.seconds;
-        std::fprintf(stderr, "%llu of %llu jobs: %s\n",
-                     static_cast<unsigned long long>(progress.skipped + finished),
-                     static_cast<unsigned long long>(progress.jobs), text.c_str());
+        const std::string line = std::to_string(progress.skipped + finished) + " of " +
+                                 std::to_string(progress.jobs) + " jobs: " + text + "\n";
+        std::fputs(line.c_str(), stderr);
     }
 
   private:

@@ -119,6 +119,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
         means[static_cast<int>(query.number(0))][query.text(1)][order] = query.real(3);
     }
     std::vector<std::string> positions;
+    positions.reserve(orders.size());
     for (const int order : orders) positions.push_back(std::to_string(order));
     std::string html = "<div class=\"plots\">\n";
     for (const auto& [levels, models] : means) {

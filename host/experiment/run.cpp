@@ -58,6 +58,7 @@ class Head {
         std::exception_ptr trouble;
         {
             std::vector<std::jthread> threads;
+            threads.reserve(static_cast<std::size_t>(count));
             active_ = ledger_.finished() ? 0 : thread_count(options_);
             for (int t = active_; t > 0; --t) threads.emplace_back([this] { work(); });
             auto told = std::chrono::steady_clock::now();

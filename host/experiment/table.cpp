@@ -110,6 +110,7 @@ ExperimentTable table_of(const Variant& variant, const Contents& contents) {
             row.materials.push_back(cell_of(values));
         }
         std::vector<double> values;
+        values.reserve(all.size());
         for (const auto& entry : all) values.push_back(entry.second);
         row.all = cell_of(values);
         table.rows.push_back(std::move(row));
@@ -152,6 +153,7 @@ std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& data
             static_cast<std::uint64_t>(count.number(3));
     }
     std::vector<ExperimentTable> tables;
+    tables.reserve(contents.size());
     for (const auto& [variant, content] : contents) tables.push_back(table_of(variant, content));
     return tables;
 }

@@ -36,7 +36,7 @@ std::string text_of(const ExperimentTable& table) {
     return text + "\n" + table_counts(table) + "\n";
 }
 
-std::string markdown_cell(std::string text) {
+std::string markdown_cell(const std::string& text) {
     std::string escaped;
     for (const char c : text) escaped += (c == '|' ? "\\|" : std::string(1, c));
     return escaped;
