@@ -58,7 +58,6 @@ class Head {
         std::exception_ptr trouble;
         {
             std::vector<std::jthread> threads;
-            threads.reserve(static_cast<std::size_t>(count));
             active_ = ledger_.finished() ? 0 : thread_count(options_);
             for (int t = active_; t > 0; --t) threads.emplace_back([this] { work(); });
             auto told = std::chrono::steady_clock::now();
@@ -215,6 +214,7 @@ class Hand {
         active_ = count;
         {
             std::vector<std::jthread> threads;
+            threads.reserve(static_cast<std::size_t>(count));
             for (int t = 0; t < count; ++t) threads.emplace_back([this, t] { work(t); });
             while (active_ > 0 || !outbox_empty()) {
                 const bool sent = flush();
