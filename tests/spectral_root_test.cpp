@@ -413,7 +413,7 @@ TEST_P(SpectralRootWidths, WhatIsNotPositiveDefiniteHasNoRoot) {
     for (const int d : planes) {
         Matrices m = hermitian_matrices(d, 33, 100.0);
         const Roots before = hermitian_roots(device_, m);
-        for (const std::size_t n : {0, 13, 32}) {
+        for (const std::size_t n : {0U, 13U, 32U}) {
             VectorXd values = spectrum(d, 10.0, 0);
             values[0] = -0.5;
             const MatrixXcd basis = random_unitary(d);
