@@ -48,7 +48,7 @@ inline REALN mapped(REALN x, __global const float* table, float scale) {
     const int k = clamp((int)inside, 0, KNOTS - 2);
     return fma(inside - (float)k, table[2 * k + 1], table[2 * k]);
 #else
-    const INTN k = clamp(TO_INTN(inside), 0, KNOTS - 2);
+    const INTN k = clamp(TO_INTN(inside), (INTN)(0), (INTN)(KNOTS - 2));
     int index[VW];
     float value[VW], step[VW];
     STOREN_INT(k, index);
