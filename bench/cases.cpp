@@ -57,6 +57,7 @@ Image picture(Size size) {
 
 TextureModel model(int order, int levels) {
     FitOptions options;
+    options.marginals = MarginalMode::none;  // as the peers
     options.order = order;
     options.levels = levels;
     return fit(device(), picture({512, 512}), options);
