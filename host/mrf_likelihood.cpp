@@ -32,7 +32,7 @@ constexpr GridDensity coarse = {32, 12, 0, 0};
 constexpr GridDensity fine = {64, 16, 0, 0};
 constexpr int finest_uniform = 512;
 // In sides of the picture.
-constexpr double longest_wave = 4.0;
+constexpr double longest_wave = 16.0;
 
 /// The convex problem in the basis that it is solved in.
 class Problem {

@@ -401,10 +401,14 @@ Descent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodO
             if (next && *next <= *value + 1e-4 * length * slope) break;
             next.reset();
         }
-        if (!next) break;
+        if (!next) {
+            // Nothing that the rounding of the objective lets through: fine where there was nothing to gain.
+            result.converged = result.gradient < 1e-3;
+            break;
+        }
         ++result.iterations;
         // Steps that gain less than any two seeds differ are not worth their time.
-        const bool slow = *value - *next < 1e-9 && result.gradient < 1e-4;
+        const bool slow = *value - *next < 1e-8 && result.gradient < 1e-3;
         result.point = std::move(candidate);
         value = next;
         if (slow) {
