@@ -32,7 +32,7 @@ constexpr GridDensity coarse = {32, 12, 0, 0};
 constexpr GridDensity fine = {64, 16, 0, 0};
 constexpr int finest_uniform = 512;
 // In sides of the picture.
-constexpr double longest_wave = 16.0;
+constexpr double longest_wave = 4.0;
 
 /// The convex problem in the basis that it is solved in.
 class Problem {
@@ -459,8 +459,8 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
     for (int attempt = 0; attempt < 5 && !(minimum.converged && proof.proven); ++attempt, penalty *= 16.0) {
         problem.set_penalty(penalty);
         penalised = penalty;
-        minimum =
-            minimise(problem, x0, proof.proven ? x : x0, std::numeric_limits<double>::infinity(), options);
+        minimum = minimise(problem, x0, attempt == 0 && proof.proven ? x : x0,
+                           std::numeric_limits<double>::infinity(), options);
         if (minimum.x.size() > 0) x = minimum.x;
         iterations += minimum.iterations;
         proof = positive_everywhere(problem.polynomial(x));

@@ -491,11 +491,11 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
     const Whittle whittle(support, active, d, full, periodogram.grid, std::move(turned));
     Descent end = descend(whittle, start, options);
     PositiveDefiniteness proof = positive_everywhere(end.point.lambda);
-    // Indefinite between the nodes: back towards the start, which is valid.
-    for (int k = 0; k < 30 && !proof.proven; ++k) {
-        end.point = whittle.point(0.5 * (whittle.vector(end.point) + whittle.vector(start)), start);
+    // Indefinite between the nodes: back towards the start, which is valid, as little as will do.
+    const VectorXd last = whittle.vector(end.point), first = whittle.vector(start);
+    for (double back = 1.0 / 4096.0; back <= 1.0 && !proof.proven; back *= 2.0) {
+        end.point = whittle.point(last + back * (first - last), start);
         proof = positive_everywhere(end.point.lambda);
-        end.converged = false;
     }
     const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());
     constexpr double none = std::numeric_limits<double>::infinity();
