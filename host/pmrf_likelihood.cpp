@@ -24,6 +24,9 @@ using Eigen::VectorXd;
 using std::size_t;
 using RowMajor = LagTransform::RowMajor;
 
+// Of the data's, in a model that is kept.
+constexpr double most_variance = 1.05;
+
 /// a b, a the same for every lane.
 LaneMatrix product(const MatrixXd& a, const LaneMatrix& b) {
     const int d = b.planes();
@@ -491,9 +494,16 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
     const Whittle whittle(support, active, d, full, periodogram.grid, std::move(turned));
     Descent end = descend(whittle, start, options);
     PositiveDefiniteness proof = positive_everywhere(end.point.lambda);
-    // Indefinite between the nodes: back towards the start, which is valid, as little as will do.
+    // Indefinite between the nodes, or so nearly that hardly any frequency holds all of the variance: back
+    // towards the start, which is valid, as little as will do.
     const VectorXd last = whittle.vector(end.point), first = whittle.vector(start);
-    for (double back = 1.0 / 4096.0; back <= 1.0 && !proof.proven; back *= 2.0) {
+    const auto credible = [&] {
+        if (!proof.proven) return false;
+        const Lattice lattice(resolving(end.point.lambda, {64, 16, 0, 0}), whittle.reach());
+        const MatrixXd p0 = turn.transpose() * whittle.covariance(end.point, lattice) * turn;
+        return (p0.diagonal().array() <= most_variance * c0.diagonal().array()).all();
+    };
+    for (double back = 1.0 / 4096.0; back <= 1.0 && !credible(); back *= 2.0) {
         end.point = whittle.point(last + back * (first - last), start);
         proof = positive_everywhere(end.point.lambda);
     }
