@@ -76,6 +76,9 @@ Convolution::Convolution(Device::Impl& device, const LinearField& field, Size la
     mean_ = device.upload(std::vector<float>(mean.begin(), mean.end()));
 
     const size_t available = local_memory(device);
+    // A lower tile where the widest does not fit; of direct reads the height is nobody's concern.
+    const bool wanted = reads == Reads::tiles || (reads == Reads::automatic && !device.is_cpu());
+    while (wanted && rows_ > 1 && tile_bytes(device) > available) rows_ /= 2;
     const bool fit = tile_bytes(device) <= available;
     if (reads == Reads::tiles && !fit) {
         throw DeviceError("convolve with tiles on device '" + device.info().name + "'",

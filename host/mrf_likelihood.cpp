@@ -30,7 +30,11 @@ constexpr Index most_explicit = 1500;
 // Grids: while far from the optimum, near it, and the most that any picture gets.
 constexpr GridDensity coarse = {32, 12, 0, 0};
 constexpr GridDensity fine = {64, 16, 0, 0};
-constexpr int finest_uniform = 512;
+// Uniform nodes: where the plain problem needs more than the first, it is not worth having; the second is for
+// the penalised one.
+constexpr int most_uniform = 128, most_penalised = 256;
+// Difference of covariances, relative, that passes when the grid cannot be refined further.
+constexpr double acceptable = 1e-5;
 // In sides of the picture.
 constexpr double longest_wave = 4.0;
 
@@ -248,9 +252,10 @@ double mismatch(const Problem& problem, const VectorXd& gradient) {
 
 /// \param start  positive definite everywhere
 /// \param from   where to begin, positive definite
+/// \param most_nodes  uniform ones, of the finest grid
 /// \param limit  of the reach in pixels: beyond it, the search ends with too_long
 Minimum minimise(const Problem& problem, const VectorXd& start, const VectorXd& from, double limit,
-                 const MrfLikelihoodOptions& options) {
+                 int most_nodes, const MrfLikelihoodOptions& options) {
     Minimum result;
     VectorXd x = from;
     GridDensity base = coarse;
@@ -318,7 +323,11 @@ Minimum minimise(const Problem& problem, const VectorXd& start, const VectorXd& 
                 result.converged = true;
                 return result;
             }
-            if (base.uniform >= finest_uniform || result.iterations >= options.max_iterations) return result;
+            if (base.uniform >= most_nodes) {
+                result.converged = there && outside < acceptable;
+                return result;
+            }
+            if (result.iterations >= options.max_iterations) return result;
             base.uniform = finer.uniform;
             base.per_level = finer.per_level;
             if (!refine(finer)) return result;
@@ -450,7 +459,7 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
     // few pictures are then given up, and with them the part of the variance that only they could carry.
     const double longest =
         std::max(64.0, longest_wave * std::max(statistic.size().height, statistic.size().width));
-    Minimum minimum = minimise(problem, x0, x0, longest, options);
+    Minimum minimum = minimise(problem, x0, x0, longest, most_uniform, options);
     VectorXd x = minimum.x.size() > 0 ? minimum.x : x0;
     PositiveDefiniteness proof = positive_everywhere(problem.polynomial(x));
     int iterations = minimum.iterations;
@@ -459,8 +468,8 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
     for (int attempt = 0; attempt < 5 && !(minimum.converged && proof.proven); ++attempt, penalty *= 16.0) {
         problem.set_penalty(penalty);
         penalised = penalty;
-        minimum =
-            minimise(problem, x0, proof.proven ? x : x0, std::numeric_limits<double>::infinity(), options);
+        minimum = minimise(problem, x0, attempt == 0 && proof.proven ? x : x0,
+                           std::numeric_limits<double>::infinity(), most_penalised, options);
         if (minimum.x.size() > 0) x = minimum.x;
         iterations += minimum.iterations;
         proof = positive_everywhere(problem.polynomial(x));

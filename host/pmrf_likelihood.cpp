@@ -24,6 +24,11 @@ using Eigen::VectorXd;
 using std::size_t;
 using RowMajor = LagTransform::RowMajor;
 
+// Most descents take 10 to 30 steps; what takes more crawls along a narrow valley.
+constexpr int most_steps = 60;
+// Of the data's, in a model that is kept.
+constexpr double most_variance = 1.05;
+
 /// a b, a the same for every lane.
 LaneMatrix product(const MatrixXd& a, const LaneMatrix& b) {
     const int d = b.planes();
@@ -390,7 +395,7 @@ Descent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodO
             result.converged = std::isfinite(slope);
             break;
         }
-        if (result.iterations >= options.max_iterations) break;
+        if (result.iterations >= std::min(options.max_iterations, most_steps)) break;
         const VectorXd x = whittle.vector(result.point);
         double length = 1.0;
         std::optional<double> next;
@@ -401,10 +406,14 @@ Descent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodO
             if (next && *next <= *value + 1e-4 * length * slope) break;
             next.reset();
         }
-        if (!next) break;
+        if (!next) {
+            // Nothing that the rounding of the objective lets through: fine where there was nothing to gain.
+            result.converged = result.gradient < 1e-3;
+            break;
+        }
         ++result.iterations;
         // Steps that gain less than any two seeds differ are not worth their time.
-        const bool slow = *value - *next < 1e-9 && result.gradient < 1e-4;
+        const bool slow = *value - *next < 1e-8 && result.gradient < 1e-3;
         result.point = std::move(candidate);
         value = next;
         if (slow) {
@@ -487,11 +496,18 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
     const Whittle whittle(support, active, d, full, periodogram.grid, std::move(turned));
     Descent end = descend(whittle, start, options);
     PositiveDefiniteness proof = positive_everywhere(end.point.lambda);
-    // Indefinite between the nodes: back towards the start, which is valid.
-    for (int k = 0; k < 30 && !proof.proven; ++k) {
-        end.point = whittle.point(0.5 * (whittle.vector(end.point) + whittle.vector(start)), start);
+    // Indefinite between the nodes, or so nearly that hardly any frequency holds all of the variance: back
+    // towards the start, which is valid, as little as will do.
+    const VectorXd last = whittle.vector(end.point), first = whittle.vector(start);
+    const auto credible = [&] {
+        if (!proof.proven) return false;
+        const Lattice lattice(resolving(end.point.lambda, {64, 16, 0, 0}), whittle.reach());
+        const MatrixXd p0 = turn.transpose() * whittle.covariance(end.point, lattice) * turn;
+        return (p0.diagonal().array() <= most_variance * c0.diagonal().array()).all();
+    };
+    for (double back = 1.0 / 4096.0; back <= 1.0 && !credible(); back *= 2.0) {
+        end.point = whittle.point(last + back * (first - last), start);
         proof = positive_everywhere(end.point.lambda);
-        end.converged = false;
     }
     const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());
     constexpr double none = std::numeric_limits<double>::infinity();

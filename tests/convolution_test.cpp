@@ -73,19 +73,19 @@ void expect_reference(Device& device, const LinearField& field, Size size, Reads
     }
 }
 
-class ConvolutionTile : public testing::TestWithParam<int> {
+class ConvolutionSmall : public testing::TestWithParam<int> {
   protected:
     Device device_ = test::device_of_width(GetParam());
 };
-INSTANTIATE_TEST_SUITE_P(Widths, ConvolutionTile, testing::ValuesIn(test::vector_widths),
+INSTANTIATE_TEST_SUITE_P(Widths, ConvolutionSmall, testing::ValuesIn(test::vector_widths),
                          testing::PrintToStringParamName());
 
-TEST_P(ConvolutionTile, AgreesOnOneTile) {
+TEST_P(ConvolutionSmall, AgreesOnOneTile) {
     for (const Reads reads : {Reads::direct, Reads::tiles})
         expect_reference(device_, test::random_field(support(1), 1, 2.0), {5, 18}, reads);
 }
 
-class ConvolutionWidths : public ConvolutionTile {};
+class ConvolutionWidths : public ConvolutionSmall {};
 INSTANTIATE_TEST_SUITE_P(Widths, ConvolutionWidths, testing::ValuesIn(test::vector_widths),
                          testing::PrintToStringParamName());
 

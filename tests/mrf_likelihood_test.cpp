@@ -272,7 +272,7 @@ TEST(MrfLikelihood, FitIsStationaryForAPlainObjective) {
 }
 
 TEST(MrfLikelihood, PairSetsAreKept) {
-    const Image image = picture("cork.png").crop(0, 0, {96, 96});
+    const Image image = detail(picture("cork.png").crop(0, 0, {96, 96}));
     const std::vector<Offset> support = symmetric(1);
     const LagCovariance data = lag_covariance(image, difference_box(support));
     // Planes 1 and 2 see each other along rows only, plane 3 only itself.
@@ -303,17 +303,11 @@ TEST(MrfLikelihood, PlanesThatRepeatEachOther) {
     const LagCovariance data = lag_covariance(image, difference_box(support));
     for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal}) {
         const MrfLikelihoodFit fit = fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, noise);
-        EXPECT_TRUE(fit.certified) << name(noise);
-        for (const double ratio : fit.variance_ratio) {
-            // A diagonal Σ cannot couple the planes as tightly as they are: the fit stays bounded by its
-            // penalty alone, which keeps the variance below the data's.
-            if (fit.penalty > 0.0) {
-                EXPECT_EQ(noise, NoiseForm::diagonal);
-                EXPECT_LT(ratio, 1.0);
-            } else {
-                EXPECT_NEAR(ratio, 1.0, 1e-4);
-            }
-        }
+        EXPECT_TRUE(fit.certified);
+        // 1e-8 of white noise tells them apart; with a diagonal Σ their likeness has to come out of ever
+        // longer waves.
+        for (const double ratio : fit.variance_ratio)
+            EXPECT_NEAR(ratio, 1.0, noise == NoiseForm::full ? 1e-7 : 0.5);
     }
     const MrfLikelihoodFit pseudo = fit_pmrf_ml(data, folded_periodogram(image), NeighbourhoodKind::symmetric,
                                                 support, {}, NoiseForm::full);
