@@ -13,6 +13,7 @@
 #include "host/examination.hpp"
 #include "host/least_squares.hpp"
 #include "host/local_lambda.hpp"
+#include "host/positive_everywhere.hpp"
 #include "host/spectral_density.hpp"
 #include "host/torus_search.hpp"
 
@@ -146,6 +147,20 @@ bool is_positive_at_zero(const SpectralForm& form) {
     return solver.eigenvalues().minCoeff() > 0.0;
 }
 
+bool is_positive_everywhere(const SpectralForm& form) {
+    const LinearField field = hermitian_form(form);
+    const int d = field.planes;
+    HermitianPolynomial lambda{MatrixXd::Identity(d, d), {}, {}};
+    for (size_t s = 0; s < field.offsets.size(); ++s) {
+        if (field.offsets[s] < Offset{}) continue;
+        using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        const auto start = static_cast<std::ptrdiff_t>(s) * d * d;
+        lambda.offsets.push_back(field.offsets[s]);
+        lambda.terms.emplace_back(Eigen::Map<const RowMajor>(field.coefficients.data() + start, d, d));
+    }
+    return positive_everywhere(lambda).proven;
+}
+
 }  // namespace
 
 Examination examine(const SpectralForm& form, const LagCovariance& data) {
@@ -176,6 +191,10 @@ Examination examine(const SpectralForm& form, const LagCovariance& data) {
     TorusSearch search;
     if (!moving_average) search = search_torus(turned, nodes);
     const bool positive = !form.is_markov() || is_positive_at_zero(form);
+    // Cholesky factors of a Hermitian Λ bound its change more tightly than its inverse does: they decide what
+    // the search leaves open where Λ is nearly singular.
+    if (form.is_markov() && search.zeros == 0 && !search.decided && positive)
+        search.decided = is_positive_everywhere(form);
     const bool proven = search.zeros == 0 && search.decided && positive;
     const auto in_planes = [&](const MatrixXd& c) -> MatrixXd {
         return white.inverse * c * white.inverse.transpose();

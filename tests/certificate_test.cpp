@@ -232,5 +232,40 @@ TEST(Certificate, RefusesOtherData) {
     EXPECT_THROW((void)certified(separable(0.5, 0.5), data(2, 1.0)), InputError);
 }
 
+/// Λ(0) = margin, its least value: I − a (2 cos ω1 + 2 cos ω2) with 4 a = 1 − margin on both planes, turned.
+MrfModel nearly_singular(MrfForm form, double margin) {
+    const double a = 0.25 * (1.0 - margin), mixing = 0.2 * a;
+    LinearField field;
+    field.planes = 2;
+    field.kind = NeighbourhoodKind::symmetric;
+    field.offsets = neighbourhood(1, field.kind);
+    // Eigenvalues a and 0.6 a of the coefficients.
+    for (std::size_t s = 0; s < field.offsets.size(); ++s)
+        field.coefficients.insert(field.coefficients.end(), {a - mixing, mixing, mixing, a - mixing});
+    field.noise_covariance = {1.0, 0.0, 0.0, 1.0};
+    return MrfModel{field, form};
+}
+
+TEST(Certificate, MarkovModelsNearlySingularAreDecided) {
+    for (const MrfForm form : {MrfForm::mmrf, MrfForm::pmrf}) {
+        for (const double margin : {1e-2, 1e-5, 1e-6}) {
+            const MrfModel model = nearly_singular(form, margin);
+            const LagCovariance own = model_covariance(model, {512, 512}, {0, 0});
+            const Certificate certificate = certify(model, own);
+            EXPECT_EQ(certificate.zeros, 0) << margin;
+            EXPECT_NEAR(certificate.min_singular, margin, 1e-3 * margin) << margin;
+        }
+        EXPECT_TRUE(certify(nearly_singular(form, 1e-2),
+                            model_covariance(nearly_singular(form, 1e-2), {512, 512}, {0, 0}))
+                        .valid);
+        // Indefinite around ω = 0: never valid, however small the part.
+        for (const double margin : {-1e-2, -1e-6}) {
+            LagCovariance data(2, {64, 64}, {0, 0});
+            for (int i = 0; i < 2; ++i) data.set(i, i, {0, 0}, 1.0);
+            EXPECT_FALSE(certify(nearly_singular(form, margin), data).valid) << margin;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace btfield
