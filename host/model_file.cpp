@@ -327,22 +327,6 @@ Certificate read_certificate(const json& value, const std::string& where, const 
     return certificate;
 }
 
-Model model_of(Family family, LinearField field) {
-    switch (family) {
-        case Family::car:
-            return CarModel{std::move(field)};
-        case Family::msar:
-            return SarModel{std::move(field)};
-        case Family::ma:
-            return MaModel{std::move(field)};
-        case Family::mmrf:
-            return MrfModel{std::move(field), MrfForm::mmrf};
-        case Family::pmrf:
-            break;
-    }
-    return MrfModel{std::move(field), MrfForm::pmrf};
-}
-
 Model read_part(const json& value, const std::string& where, ModelKind kind, int planes,
                 const Context& context) {
     Object object(value, where, context);

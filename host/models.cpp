@@ -370,6 +370,22 @@ Family family(ModelKind kind) {
     return Family::pmrf;
 }
 
+Model model_of(Family family, LinearField field) {
+    switch (family) {
+        case Family::car:
+            return CarModel{std::move(field)};
+        case Family::msar:
+            return SarModel{std::move(field)};
+        case Family::ma:
+            return MaModel{std::move(field)};
+        case Family::mmrf:
+            return MrfModel{std::move(field), MrfForm::mmrf};
+        case Family::pmrf:
+            break;
+    }
+    return MrfModel{std::move(field), MrfForm::pmrf};
+}
+
 std::string_view name(Estimator estimator) {
     return name_in(estimators, estimator, "estimator");
 }

@@ -266,35 +266,4 @@ MaModel fit_ma(const Image& level, const LagCovariance& statistic, Neighbourhood
     return model;
 }
 
-LagCovariance moving_average_covariance(const LinearField& field, Size lattice, Offset box) {
-    const int d = field.planes;
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    const auto block = [&](size_t s) {
-        return Eigen::Map<const Rows>(field.coefficients.data() + static_cast<std::ptrdiff_t>(s) * d * d, d,
-                                      d);
-    };
-    const Eigen::Map<const Rows> noise(field.noise_covariance.data(), d, d);
-    LagCovariance result(d, lattice, box);
-    for (size_t s = 0; s < field.offsets.size(); ++s) {
-        const MatrixXd coloured = block(s) * noise;
-        for (size_t t = 0; t < field.offsets.size(); ++t) {
-            const Offset u = field.offsets[t] - field.offsets[s];
-            if (!result.contains(u) || u < Offset{}) continue;
-            const MatrixXd product = coloured * block(t).transpose();
-            for (int i = 0; i < d; ++i) {
-                // At u = 0 an entry and its mirror are one place.
-                for (int j = u == Offset{} ? i : 0; j < d; ++j)
-                    result.set(i, j, u, result(i, j, u) + product(i, j));
-            }
-        }
-    }
-    return result;
-}
-
-LinearField transfer_of(const LinearField& moving_average) {
-    LinearField result = moving_average;
-    for (Offset& s : result.offsets) s = -s;
-    return result;
-}
-
 }  // namespace btfield

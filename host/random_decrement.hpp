@@ -33,12 +33,4 @@ namespace btfield {
                              const std::vector<Offset>& offsets, NoiseForm noise,
                              const MaOptions& options = {});
 
-/// Covariances of a moving average on the infinite lattice: C(u) = Σ_s A_s Σ_e A_{s+u}ᵀ, by C_ij(u) =
-/// E y_i(r) y_j(r + u).
-[[nodiscard]] LagCovariance moving_average_covariance(const LinearField& field, Size lattice, Offset box);
-
-/// The same coefficients at −s: then Σ_s A_s exp(+√−1 ω·s), the sign that Λ has, is the transfer function
-/// B_t = Σ_s A_s exp(−√−1 ω·s) of the moving average, Ỹ_t = B_t Σ_e^{1/2} ε̃_t.
-[[nodiscard]] LinearField transfer_of(const LinearField& moving_average);
-
 }  // namespace btfield

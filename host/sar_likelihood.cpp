@@ -13,6 +13,7 @@
 #include "btfield/error.hpp"
 #include "btfield/fit.hpp"
 #include "host/least_squares.hpp"
+#include "host/likelihood.hpp"
 #include "host/sar_newton.hpp"
 #include "host/sar_objective.hpp"
 #include "host/spectral_density.hpp"
@@ -333,17 +334,6 @@ class Fit {
     int steps_ = 0;
 };
 
-/// Whittle log-likelihood per pixel: −½ (d ln 2π + ln det Σ − 2 mean_t ln |det Λ_t| + tr(Σ⁻¹ Ê)), Ê the
-/// covariance of the prediction errors.
-double log_likelihood(const LinearField& field, const LagCovariance& statistic, double mean_log_determinant) {
-    const Eigen::LLT<MatrixXd> factor(noise_matrix(field));
-    const MatrixXd lower = factor.matrixL();
-    const double log_noise = 2.0 * lower.diagonal().array().log().sum();
-    const double quadratic = factor.solve(residual_covariance(field, statistic)).trace();
-    return -0.5 * (field.planes * std::log(2.0 * std::numbers::pi) + log_noise - 2.0 * mean_log_determinant +
-                   quadratic);
-}
-
 /// With full Σ, rows of Σ^{-1/2} Λ are mixtures of an equation and those above it.
 void check_sets(const SarModel& shape, NoiseForm noise) {
     if (noise == NoiseForm::diagonal || shape.active.empty()) return;
@@ -387,9 +377,9 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, Neighbourhoo
     }
 
     SarLikelihoodFit result;
-    result.log_likelihood = best.valid()
-                                ? log_likelihood(best.model, statistic, best.examination.log_determinant)
-                                : std::numeric_limits<double>::quiet_NaN();
+    result.log_likelihood =
+        best.valid() ? log_likelihood(best.model, statistic, best.examination.log_determinant, {}, 0)
+                     : std::numeric_limits<double>::quiet_NaN();
     if (options.standard_errors) result.standard_errors = fit.standard_errors(best);
     result.iterations = fit.steps();
     result.converged = best.end.converged;

@@ -12,22 +12,6 @@
 
 namespace btfield::test {
 
-inline Model model_of(ModelKind kind, LinearField field) {
-    switch (family(kind)) {
-        case Family::car:
-            return CarModel{std::move(field)};
-        case Family::msar:
-            return SarModel{std::move(field)};
-        case Family::ma:
-            return MaModel{std::move(field)};
-        case Family::mmrf:
-            return MrfModel{std::move(field), MrfForm::mmrf};
-        case Family::pmrf:
-            break;
-    }
-    return MrfModel{std::move(field), MrfForm::pmrf};
-}
-
 /// Coefficients small enough for any family, and of Markov models the same for s and −s.
 inline LinearField example_field(ModelKind kind, int planes, NoiseForm noise, bool per_pair,
                                  std::size_t variant) {
@@ -103,8 +87,8 @@ inline TextureModel example_model(ModelKind kind = ModelKind::car3d, int planes 
         LevelModel level;
         level.size = sizes[k];
         for (std::size_t p = 0; p < (is_2d(kind) ? d : 1); ++p) {
-            level.models.push_back(
-                model_of(kind, example_field(kind, is_2d(kind) ? 1 : planes, noise, per_pair, k + 10 * p)));
+            level.models.push_back(model_of(
+                family(kind), example_field(kind, is_2d(kind) ? 1 : planes, noise, per_pair, k + 10 * p)));
         }
         level.gain = 1.0 + 1.0 / (7.0 + static_cast<double>(k));
         level.log_likelihood = 4.0 / 3.0;

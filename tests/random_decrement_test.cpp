@@ -14,7 +14,9 @@
 #include "btfield/image_io.hpp"
 #include "btfield/pyramid.hpp"
 #include "host/level_gains.hpp"
+#include "host/spectral_form.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/reference/moving_average_covariance.hpp"
 
 namespace btfield {
 namespace {
@@ -64,7 +66,7 @@ Image moving_average(Size size, int planes) {
 }
 
 double worst_lag_zero_error(const LinearField& field, const LagCovariance& statistic, bool diagonal_only) {
-    const LagCovariance own = moving_average_covariance(field, statistic.size(), {0, 0});
+    const LagCovariance own = reference::moving_average_covariance(field, statistic.size(), {0, 0});
     double worst = 0.0;
     for (int i = 0; i < field.planes; ++i) {
         for (int j = 0; j < field.planes; ++j) {
@@ -150,14 +152,14 @@ TEST(RandomDecrement, CovarianceOfTheModelIsTheSumOverItsCoefficients) {
     field.offsets = {{0, -1}, {0, 0}, {2, 1}};
     field.coefficients = {0.5, 1.0, -0.25};
     field.noise_covariance = {4.0};
-    const LagCovariance c = moving_average_covariance(field, {32, 32}, {2, 2});
+    const LagCovariance c = reference::moving_average_covariance(field, {32, 32}, {2, 2});
     EXPECT_DOUBLE_EQ(c(0, 0, {}), 4.0 * (0.25 + 1.0 + 0.0625));
     EXPECT_DOUBLE_EQ(c(0, 0, {0, 1}), 4.0 * 0.5);
     EXPECT_DOUBLE_EQ(c(0, 0, {2, 1}), 4.0 * -0.25);
     EXPECT_DOUBLE_EQ(c(0, 0, {2, 2}), 4.0 * -0.125);
     EXPECT_DOUBLE_EQ(c(0, 0, {-2, -2}), 4.0 * -0.125);
     EXPECT_DOUBLE_EQ(c(0, 0, {1, 0}), 0.0);
-    EXPECT_EQ(transfer_of(field).offsets[2], (Offset{-2, -1}));
+    EXPECT_EQ(transfer_field(MaModel{field}).offsets[2], (Offset{-2, -1}));
 }
 
 TEST(RandomDecrement, SaysWhyItCannot) {
@@ -200,7 +202,8 @@ TEST(RandomDecrement, RealPicturesKeepTheirCovariances) {
             const MaModel model = fit_ma(level, lag_covariance(level, {0, 0}), NeighbourhoodKind::symmetric,
                                          neighbourhood(5, NeighbourhoodKind::symmetric), NoiseForm::full);
             seen.push_back(expanded_covariance(
-                moving_average_covariance(model, level.size(), expansion_box(2, k, lags)), 2, k, lags));
+                reference::moving_average_covariance(model, level.size(), expansion_box(2, k, lags)), 2, k,
+                lags));
         }
         const std::vector<double> gains = match_gains(seen, data, d);
         double error = 0.0;

@@ -42,7 +42,7 @@ TextureModel model_of_levels(ModelKind kind, Size size, const std::vector<Linear
     for (size_t k = 0; k < fields.size(); ++k) {
         LevelModel level;
         level.size = sizes[k];
-        level.models = {test::model_of(kind, fields[k])};
+        level.models = {model_of(family(kind), fields[k])};
         level.certificate.valid = true;
         level.certificate.variance_ratio.assign(static_cast<size_t>(model.planes), 1.0);
         model.levels.push_back(level);

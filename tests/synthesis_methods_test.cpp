@@ -34,7 +34,7 @@ TextureModel model_with(ModelKind kind, int planes, int levels, NeighbourhoodKin
             LinearField field = test::random_field(offsets, is_2d(kind) ? 1 : planes, 0.8, true, seed++);
             field.kind = support;
             for (double& value : field.noise_covariance) value *= 0.02;
-            part = test::model_of(kind, std::move(field));
+            part = model_of(family(kind), std::move(field));
         }
     return model;
 }

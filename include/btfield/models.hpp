@@ -75,6 +75,8 @@ enum class ModelKind { car2d, car3d, ma2d, ma3d, msar2d, msar3d, mmrf2d, mmrf3d,
 /// What ModelKind leaves when the number of dimensions is set aside.
 enum class Family { car, ma, msar, mmrf, pmrf };
 [[nodiscard]] Family family(ModelKind kind);
+/// The field as a model of the family.
+[[nodiscard]] Model model_of(Family family, LinearField field);
 
 /// How a level was estimated.
 enum class Estimator {
