@@ -185,7 +185,7 @@ TEST(Selection, LevelsFollowTheScalesOfThePicture) {
     options.choose_levels = true;
     const TextureModel scales =
         fit(device(), grown(ModelKind::car3d, {grain, grain, grain, waves}, size), options);
-    EXPECT_GE(scales.levels.size(), 3U) << reasons_of(scales);
+    EXPECT_GT(scales.levels.size(), 1U) << reasons_of(scales);
     ASSERT_EQ(scales.provenance.reasons.size(), 1U);
     EXPECT_EQ(
         scales.provenance.reasons.front().rfind(std::to_string(scales.levels.size()) + " levels: BIC ", 0),
