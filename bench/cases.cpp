@@ -23,6 +23,7 @@ void add_all() {
     add_causal_recursion();
     add_synthesis();
     add_experiment();
+    add_memd();
 }
 
 namespace {

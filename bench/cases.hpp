@@ -23,6 +23,7 @@ void add_convolve();
 void add_causal_recursion();
 void add_synthesis();
 void add_experiment();
+void add_memd();
 void add_all();
 
 /// The device of $BTFIELD_DEVICE, else the best; opened once.

@@ -303,8 +303,17 @@ TEST(MrfLikelihood, PlanesThatRepeatEachOther) {
     const LagCovariance data = lag_covariance(image, difference_box(support));
     for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal}) {
         const MrfLikelihoodFit fit = fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, noise);
-        EXPECT_TRUE(fit.certified);
-        for (const double ratio : fit.variance_ratio) EXPECT_NEAR(ratio, 1.0, 1e-4);
+        EXPECT_TRUE(fit.certified) << name(noise);
+        for (const double ratio : fit.variance_ratio) {
+            // A diagonal Σ cannot couple the planes as tightly as they are: the fit stays bounded by its
+            // penalty alone, which keeps the variance below the data's.
+            if (fit.penalty > 0.0) {
+                EXPECT_EQ(noise, NoiseForm::diagonal);
+                EXPECT_LT(ratio, 1.0);
+            } else {
+                EXPECT_NEAR(ratio, 1.0, 1e-4);
+            }
+        }
     }
     const MrfLikelihoodFit pseudo = fit_pmrf_ml(data, folded_periodogram(image), NeighbourhoodKind::symmetric,
                                                 support, {}, NoiseForm::full);

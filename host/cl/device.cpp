@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <map>
+#include <mutex>
 
 namespace btfield {
 
@@ -24,6 +25,10 @@ DeviceType type_of(const cl::Device& device) {
 }
 
 std::vector<Candidate> candidates() {
+    // Drivers set themselves up when they are first asked, and not all of them (PoCL 3.1) bear to be asked by
+    // two threads at a time.
+    static std::mutex asking;
+    const std::lock_guard lock(asking);
     std::vector<Candidate> found;
     std::vector<cl::Platform> platforms;
     try {

@@ -5,8 +5,6 @@
 #include "btfield/error.hpp"
 
 #ifdef BTFIELD_MPI
-#define OMPI_SKIP_MPICXX
-#define MPICH_SKIP_MPICXX
 #include <mpi.h>
 #endif
 

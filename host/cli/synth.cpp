@@ -90,9 +90,8 @@ std::vector<Job> plan(const Options& options) {
             job.size = options.size.value_or(job.model.size);
             check_synthesis(job.model, job.size, options.synthesis);
         });
-        const fs::path output = folder
-                                    ? options.output / fs::path(file).stem().concat(extension(job.model))
-                                    : fs::path(options.output);
+        const fs::path output = folder ? options.output / fs::path(file).stem().concat(extension(job.model))
+                                       : fs::path(options.output);
         for (int i = 0; i < count; ++i) {
             job.outputs.push_back(options.count ? numbered(output, i, count) : output);
             job.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));

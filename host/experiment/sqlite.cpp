@@ -35,10 +35,10 @@ std::string uri(const fs::path& path, const char* options) {
 }  // namespace
 
 Connection::Connection(const fs::path& path, Access access, std::string asked) : asked_(std::move(asked)) {
-    const int flags = SQLITE_OPEN_URI | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_NOMUTEX |
-                      (access == Access::read     ? SQLITE_OPEN_READONLY
-                       : access == Access::create ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE
-                                                  : SQLITE_OPEN_READWRITE);
+    // Readers may write too, as SQLite sees it: only who may removes the log's files when the last one
+    // leaves.
+    const int flags = SQLITE_OPEN_URI | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_READWRITE |
+                      (access == Access::create ? SQLITE_OPEN_CREATE : 0);
     std::error_code error;
     if (access != Access::create && !fs::exists(path, error)) {
         throw InputError(asked_, "there is no such file", "give the database of an experiment");
@@ -58,9 +58,9 @@ Connection::Connection(const fs::path& path, Access access, std::string asked) :
         close();
         code = open("?immutable=1");
     }
-    if (code == SQLITE_OK) return;
     try {
-        fail();
+        if (code != SQLITE_OK) fail();
+        if (access == Access::read) execute("PRAGMA query_only = 1");
     } catch (...) {
         close();
         throw;
