@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "btfield/theory.hpp"
 #include "host/level_gains.hpp"
 #include "host/local_lambda.hpp"
 #include "host/parallel.hpp"
@@ -184,6 +185,21 @@ double lag_covariance_error(const TextureModel& model, AnalysedPicture& planes) 
         }
     }
     return error / static_cast<double>(lags.size() * static_cast<size_t>(d));
+}
+
+double picture_lag_covariance_error(const TextureModel& model, const std::vector<Offset>& lags,
+                                    const std::vector<double>& data) {
+    const std::vector<double> modelled = theoretical_covariance(model, model.size, lags);
+    const auto d = static_cast<size_t>(model.planes), block = d * d;
+    double error = 0.0;
+    for (size_t s = 0; s < lags.size(); ++s) {
+        for (size_t i = 0; i < d; ++i) {
+            const size_t place = i * d + i;
+            if (!(data[place] > 0.0)) continue;  // a constant plane
+            error += std::abs(data[s * block + place] - modelled[s * block + place]) / data[place];
+        }
+    }
+    return error / static_cast<double>(lags.size() * d);
 }
 
 }  // namespace btfield

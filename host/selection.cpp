@@ -159,11 +159,13 @@ void choose_levels(Choices& choices, const SelectionSource& source) {
     AnalysedPicture& planes = source.planes(options);
     const FoldedPeriodogram& periodogram = planes.level(options.factor, 1, 0).periodogram();
     const double pixels = static_cast<double>(area(source.image->size()));
+    const std::vector<Offset> lags = probe_lags(source.image->size());
+    const std::vector<double> data = covariances_at(*source.image, lags);
     for (Fitted& one : fitted) {
         if (!is_valid(one.model)) continue;
         one.bic = -2.0 * pixels * picture_log_likelihood(one.model, periodogram) +
                   static_cast<double>(parameter_count(one.model)) * std::log(pixels);
-        one.error = lag_covariance_error(one.model, planes);
+        one.error = picture_lag_covariance_error(one.model, lags, data);
     }
     // The likelihood takes all frequencies alike, of which few are low: it may prefer a K that has lost them.
     std::vector<double> errors;
