@@ -170,6 +170,7 @@ void choose_levels(Choices& choices, const SelectionSource& source) {
     }
     // The likelihood takes all frequencies alike, of which few are low: it may prefer a K that has lost them.
     std::vector<double> errors;
+    errors.reserve(fitted.size());
     for (const Fitted& one : fitted) errors.push_back(one.error);
     const size_t least = smallest(errors);
     const double bound = least == errors.size() ? 0.0 : std::max(good_error, errors[least] + near_error);
