@@ -116,7 +116,9 @@ Estimate estimate_part(AnalysedLevel& level, const LagCovariance& statistic, con
             Estimate estimate = least_squares(statistic, options, support);
             if (trustworthy(family_, estimate.examination.certificate)) return estimate;
         } catch (const InputError&) {
-            // Planes that depend on each other exactly: what least squares cannot solve, likelihood may.
+            // Planes that depend on each other exactly: what least squares cannot solve, likelihood may. CAR
+            // has its prior against that; what stops it is asked wrongly.
+            if (family_ == Family::car) throw;
         }
     }
     return maximum_likelihood(level, statistic, options, support);
