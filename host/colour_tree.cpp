@@ -122,7 +122,9 @@ class Arrangement {
 }  // namespace
 
 ColourTree::ColourTree(const Colours& colours, Metric metric)
-    : search_(colour_searches(metric, colours.planes).front()), left_(colours.pixels()) {
+    : search_(colour_searches(metric, colours.planes).front()),
+      tighten_(box_update()),
+      left_(colours.pixels()) {
     const auto d = static_cast<size_t>(colours.planes);
     arrays_.planes = colours.planes;
     std::vector<std::uint32_t> number(left_);
@@ -179,46 +181,9 @@ void ColourTree::build(const std::vector<float>& distinct, std::vector<std::uint
     }
     arrays_.lowest.assign(boxes * lanes, none);
     for (int level = 0; level < arrays_.levels(); ++level) {
-        for (size_t block = 0; block < blocks; ++block) tighten(level, block);
+        for (size_t block = 0; block < blocks; ++block) tighten_(arrays_, level, block);
         blocks = (blocks + lanes - 1) / lanes;
     }
-}
-
-/// Brings the box of a block of `level`, a lane of the level above, up to date. \return whether it changed
-bool ColourTree::tighten(int level, size_t block) {
-    const auto d = static_cast<size_t>(arrays_.planes);
-    const size_t slot = lanes * arrays_.level_begin[static_cast<size_t>(level)] + block;
-    const bool points = level == 0;
-    const size_t source = points ? block : arrays_.level_begin[static_cast<size_t>(level) - 1] + block;
-    const std::uint32_t* const rasters =
-        (points ? arrays_.first.data() : arrays_.lowest.data()) + lanes * source;
-    bool changed = false;
-    const auto put = [&changed](auto& old, auto value) {
-        changed = changed || old != value;
-        old = value;
-    };
-    put(arrays_.lowest[slot], *std::min_element(rasters, rasters + lanes));
-    float* const target = arrays_.boxes.data() + slot / lanes * lanes * 2 * d + slot % lanes;
-    const float* const lows =
-        points ? arrays_.points.data() + lanes * d * source : arrays_.boxes.data() + lanes * 2 * d * source;
-    for (size_t i = 0; i < d; ++i) {
-        float low = infinity, high = -infinity;
-        if (points) {
-            const float* const values = lows + lanes * i;
-            for (size_t l = 0; l < lanes; ++l) {
-                low = std::min(low, values[l]);
-                high = std::max(high, values[l] < infinity ? values[l] : -infinity);
-            }
-        } else {
-            for (size_t l = 0; l < lanes; ++l) {
-                low = std::min(low, lows[lanes * i + l]);
-                high = std::max(high, lows[lanes * (d + i) + l]);
-            }
-        }
-        put(target[lanes * i], low);
-        put(target[lanes * (d + i)], high);
-    }
-    return changed;
 }
 
 void ColourTree::take(std::uint32_t slot) {
@@ -237,7 +202,7 @@ void ColourTree::take(std::uint32_t slot) {
         noted_points_[slot] = true;
         changes_.points.push_back(slot);
     }
-    for (int level = 0; level < arrays_.levels() && tighten(level, block); ++level) {
+    for (int level = 0; level < arrays_.levels() && tighten_(arrays_, level, block); ++level) {
         const size_t box = lanes * arrays_.level_begin[static_cast<size_t>(level)] + block;
         if (noting_ && !noted_boxes_[box]) {
             noted_boxes_[box] = true;

@@ -55,6 +55,7 @@ class ColourTree {
         std::uint32_t slot = none;  ///< of the colour
     };
     using Search = Hit (*)(const ColourTreeArrays&, const float*);
+    using Tighten = bool (*)(ColourTreeArrays&, int level, std::size_t block);
     /// The nearest pixel that is left, the one of lowest raster index among equals.
     [[nodiscard]] Hit nearest(const float* colour) const { return search_(arrays_, colour); }
     /// The pixel of lowest raster index that is left of a colour; `none` when none is.
@@ -78,10 +79,9 @@ class ColourTree {
         std::uint32_t at = 0, end = 0;  ///< pixels of the colour that are left, in `pixels_`
     };
     void build(const std::vector<float>& distinct, std::vector<std::uint32_t>& order);
-    bool tighten(int level, std::size_t block);
-
     ColourTreeArrays arrays_;
     Search search_;
+    Tighten tighten_;
     std::vector<std::uint32_t> pixels_;  ///< raster indices by colour, ascending
     std::vector<Queue> queues_;          ///< by slot
     std::size_t left_ = 0;
@@ -92,5 +92,6 @@ class ColourTree {
 
 /// The searches that this processor can run, widest instruction set first. They agree to the bit.
 [[nodiscard]] std::vector<ColourTree::Search> colour_searches(Metric metric, int planes);
+[[nodiscard]] ColourTree::Tighten box_update();
 
 }  // namespace btfield

@@ -18,6 +18,8 @@ inline ColourKey key_of(float distance, std::uint32_t raster) {
     return static_cast<ColourKey>(std::bit_cast<std::uint32_t>(distance)) << 32 | raster;
 }
 
+constexpr std::array<int, 16> lane_numbers{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
 #if defined(__x86_64__)
 
 #define BTFIELD_ISA avx512
@@ -61,6 +63,16 @@ std::vector<ColourTree::Search> colour_searches(Metric metric, int planes) {
 #endif
     searches.push_back(baseline::search_for(metric, planes));
     return searches;
+}
+
+ColourTree::Tighten box_update() {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl"))
+        return avx512::tighten;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi")) return avx2::tighten;
+#endif
+    return baseline::tighten;
 }
 
 }  // namespace btfield
