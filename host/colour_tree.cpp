@@ -87,12 +87,20 @@ class Arrangement {
         if (blocks < 2) return end;
         const size_t middle = begin + lanes * std::bit_ceil(blocks) / 2;
         const size_t plane = widest(begin, end);
-        for (size_t k = begin; k < end; ++k)
-            keys_[k] = {(*distinct_)[d_ * (*order_)[k] + plane], (*order_)[k]};
+        for (size_t k = begin; k < end; ++k) {
+            const std::uint32_t colour = (*order_)[k];
+            keys_[k] = static_cast<std::uint64_t>(ascending((*distinct_)[d_ * colour + plane])) << 32 | colour;
+        }
         const auto at = [&](size_t k) { return keys_.begin() + static_cast<std::ptrdiff_t>(k); };
         std::nth_element(at(begin), at(middle), at(end));
-        for (size_t k = begin; k < end; ++k) (*order_)[k] = keys_[k].second;
+        for (size_t k = begin; k < end; ++k) (*order_)[k] = static_cast<std::uint32_t>(keys_[k]);
         return middle;
+    }
+
+    /// A number that orders as the float does.
+    static std::uint32_t ascending(float value) {
+        const auto bits = std::bit_cast<std::uint32_t>(value);
+        return bits >> 31 != 0 ? ~bits : bits | 0x80000000U;
     }
 
     [[nodiscard]] size_t widest(size_t begin, size_t end) const {
@@ -116,7 +124,7 @@ class Arrangement {
     const std::vector<float>* distinct_;
     size_t d_;
     std::vector<std::uint32_t>* order_;
-    std::vector<std::pair<float, std::uint32_t>> keys_;
+    std::vector<std::uint64_t> keys_;  ///< (value, colour)
 };
 
 }  // namespace
