@@ -1,8 +1,10 @@
 #include "host/colour_tree.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
 #include "host/parallel.hpp"
@@ -21,11 +23,21 @@ class ColourTable {
     explicit ColourTable(const Colours& colours)
         : colours_(&colours), mask_(std::bit_ceil(2 * colours.pixels()) - 1), cells_(mask_ + 1, empty) {}
 
-    /// Number of the pixel's colour, in order of first appearance; `next` for a new one.
+    /// Pixels from this one on will be asked for soon.
+    void prefetch(size_t pixel) {
+        const size_t end = std::min(pixel + ahead, colours_->pixels());
+        for (size_t k = pixel; k < end; ++k) {
+            hashes_[k - pixel] = hash(colours_->at(k)) & mask_;
+            __builtin_prefetch(&cells_[hashes_[k - pixel]], 1);
+        }
+    }
+
+    /// Number of the pixel's colour, in order of first appearance; `next` for a new one. Pixels are asked for in order.
     std::uint32_t number(size_t pixel, std::uint32_t next, const std::vector<float>& distinct) {
+        if (pixel % ahead == 0) prefetch(pixel);
         const float* const colour = colours_->at(pixel);
         const auto d = static_cast<size_t>(colours_->planes);
-        for (size_t cell = hash(colour) & mask_;; cell = (cell + 1) & mask_) {
+        for (size_t cell = hashes_[pixel % ahead];; cell = (cell + 1) & mask_) {
             std::uint32_t& found = cells_[cell];
             if (found == empty) return found = next;
             if (std::equal(colour, colour + d, distinct.data() + d * found)) return found;
@@ -34,6 +46,7 @@ class ColourTable {
 
   private:
     static constexpr std::uint32_t empty = ColourTree::none;
+    static constexpr size_t ahead = 16;
     [[nodiscard]] size_t hash(const float* colour) const {
         std::uint64_t mixed = 0;
         for (int i = 0; i < colours_->planes; ++i) {
@@ -42,6 +55,7 @@ class ColourTable {
         }
         return static_cast<size_t>(mixed ^ mixed >> 32);
     }
+    std::array<size_t, ahead> hashes_{};
     const Colours* colours_;
     size_t mask_;
     std::vector<std::uint32_t> cells_;
@@ -51,29 +65,55 @@ class ColourTable {
 /// the widest plane, the left half always a full run.
 class Arrangement {
   public:
-    Arrangement(const std::vector<float>& distinct, int planes, std::vector<std::uint32_t>& order)
-        : distinct_(&distinct), d_(static_cast<size_t>(planes)), order_(&order), keys_(order.size()) {}
+    Arrangement(const std::vector<float>& distinct, int planes)
+        : distinct_(&distinct),
+          d_(static_cast<size_t>(planes)),
+          rows_(distinct.size() / static_cast<size_t>(planes)) {
+        for (size_t k = 0; k < rows_.size(); ++k) {
+            for (size_t i = 0; i < std::min(d_, inside); ++i) rows_[k].value[i] = ascending(distinct[d_ * k + i]);
+            rows_[k].colour = static_cast<std::uint32_t>(k);
+        }
+    }
 
-    void run() {
-        std::vector<std::pair<size_t, size_t>> parts{{0, order_->size()}};
+    /// \return the colours in their order
+    std::vector<std::uint32_t> run() {
+        std::vector<std::pair<size_t, size_t>> parts{{0, rows_.size()}};
         // A few parts for each thread first, then every part to its end.
-        while (parts.size() < 16) {
+        bool halved = true;
+        while (halved && parts.size() < 16) {
             std::vector<std::pair<size_t, size_t>> halves;
             for (const auto& [begin, end] : parts) {
                 const size_t middle = split(begin, end);
                 halves.emplace_back(begin, middle);
                 if (middle < end) halves.emplace_back(middle, end);
             }
-            if (halves.size() == parts.size()) return;
+            halved = halves.size() > parts.size();
             parts = std::move(halves);
         }
-        for_each_block(static_cast<int>(parts.size()), [&](int part) {
-            const auto& [begin, end] = parts[static_cast<size_t>(part)];
-            arrange(begin, end);
-        });
+        if (halved)
+            for_each_block(static_cast<int>(parts.size()), [&](int part) {
+                const auto& [begin, end] = parts[static_cast<size_t>(part)];
+                arrange(begin, end);
+            });
+        std::vector<std::uint32_t> order(rows_.size());
+        for (size_t k = 0; k < order.size(); ++k) order[k] = rows_[k].colour;
+        return order;
     }
 
   private:
+    /// Planes that a row has with it. Of colours with more, the plane to split at is fetched.
+    static constexpr size_t inside = 3;
+    struct Row {
+        std::array<std::int32_t, inside> value{};
+        std::uint32_t colour = 0;
+    };
+
+    /// A number that orders as the float does.
+    static std::int32_t ascending(float value) {
+        const auto bits = std::bit_cast<std::int32_t>(value);
+        return bits < 0 ? bits ^ 0x7fffffff : bits;
+    }
+
     void arrange(size_t begin, size_t end) {
         const size_t middle = split(begin, end);
         if (middle == end) return;
@@ -86,45 +126,60 @@ class Arrangement {
         const size_t blocks = (end - begin + lanes - 1) / lanes;
         if (blocks < 2) return end;
         const size_t middle = begin + lanes * std::bit_ceil(blocks) / 2;
-        const size_t plane = widest(begin, end);
-        for (size_t k = begin; k < end; ++k) {
-            const std::uint32_t colour = (*order_)[k];
-            keys_[k] = static_cast<std::uint64_t>(ascending((*distinct_)[d_ * colour + plane])) << 32 | colour;
+        const auto halve = [&]<size_t plane>(std::integral_constant<size_t, plane>) {
+            const auto at = [&](size_t k) { return rows_.begin() + static_cast<std::ptrdiff_t>(k); };
+            std::nth_element(at(begin), at(middle), at(end),
+                             [](const Row& a, const Row& b) { return a.value[plane] < b.value[plane]; });
+        };
+        size_t plane = widest(begin, end);
+        if (d_ > inside) {
+            for (size_t k = begin; k < end; ++k)
+                rows_[k].value[0] = ascending((*distinct_)[d_ * rows_[k].colour + plane]);
+            plane = 0;
         }
-        const auto at = [&](size_t k) { return keys_.begin() + static_cast<std::ptrdiff_t>(k); };
-        std::nth_element(at(begin), at(middle), at(end));
-        for (size_t k = begin; k < end; ++k) (*order_)[k] = static_cast<std::uint32_t>(keys_[k]);
+        if (plane == 0) halve(std::integral_constant<size_t, 0>());
+        if (plane == 1) halve(std::integral_constant<size_t, 1>());
+        if (plane == 2) halve(std::integral_constant<size_t, 2>());
         return middle;
-    }
-
-    /// A number that orders as the float does.
-    static std::uint32_t ascending(float value) {
-        const auto bits = std::bit_cast<std::uint32_t>(value);
-        return bits >> 31 != 0 ? ~bits : bits | 0x80000000U;
     }
 
     [[nodiscard]] size_t widest(size_t begin, size_t end) const {
         size_t plane = 0;
         float width = -1.0F;
-        for (size_t i = 0; i < d_; ++i) {
-            float low = infinity, high = -infinity;
-            for (size_t k = begin; k < end; ++k) {
-                const float value = (*distinct_)[d_ * (*order_)[k] + i];
-                low = std::min(low, value);
-                high = std::max(high, value);
-            }
+        const auto consider = [&](size_t i, float low, float high) {
             if (high - low > width) {
                 width = high - low;
                 plane = i;
             }
+        };
+        if (d_ <= inside) {
+            Row low = rows_[begin], high = low;
+            for (size_t k = begin; k < end; ++k)
+                for (size_t i = 0; i < inside; ++i) {
+                    low.value[i] = std::min(low.value[i], rows_[k].value[i]);
+                    high.value[i] = std::max(high.value[i], rows_[k].value[i]);
+                }
+            const auto value = [](std::int32_t number) {
+                return std::bit_cast<float>(number < 0 ? number ^ 0x7fffffff : number);
+            };
+            for (size_t i = 0; i < d_; ++i) consider(i, value(low.value[i]), value(high.value[i]));
+            return plane;
+        }
+        for (size_t i = 0; i < d_; ++i) {
+            float low = infinity, high = -infinity;
+            for (size_t k = begin; k < end; ++k) {
+                const float value = (*distinct_)[d_ * rows_[k].colour + i];
+                low = std::min(low, value);
+                high = std::max(high, value);
+            }
+            consider(i, low, high);
         }
         return plane;
     }
 
     const std::vector<float>* distinct_;
     size_t d_;
-    std::vector<std::uint32_t>* order_;
-    std::vector<std::uint64_t> keys_;  ///< (value, colour)
+    std::vector<Row> rows_;
 };
 
 }  // namespace
@@ -138,6 +193,8 @@ ColourTree::ColourTree(const Colours& colours, Metric metric)
     std::vector<std::uint32_t> number(left_);
     std::vector<float> distinct;
     std::vector<std::uint32_t> ends;  // number of pixels of each colour, then where they end
+    distinct.reserve(colours.values.size());
+    ends.reserve(left_);
     ColourTable table(colours);
     for (size_t pixel = 0; pixel < left_; ++pixel) {
         const auto next = static_cast<std::uint32_t>(ends.size());
@@ -149,9 +206,7 @@ ColourTree::ColourTree(const Colours& colours, Metric metric)
         ++ends[number[pixel]];
     }
 
-    std::vector<std::uint32_t> order(ends.size());
-    for (size_t k = 0; k < order.size(); ++k) order[k] = static_cast<std::uint32_t>(k);
-    Arrangement(distinct, colours.planes, order).run();
+    const std::vector<std::uint32_t> order = Arrangement(distinct, colours.planes).run();
 
     queues_.resize(order.size());
     std::vector<std::uint32_t> slot_of(order.size());
@@ -167,7 +222,7 @@ ColourTree::ColourTree(const Colours& colours, Metric metric)
     build(distinct, order);
 }
 
-void ColourTree::build(const std::vector<float>& distinct, std::vector<std::uint32_t>& order) {
+void ColourTree::build(const std::vector<float>& distinct, const std::vector<std::uint32_t>& order) {
     const auto d = static_cast<size_t>(arrays_.planes);
     size_t blocks = (order.size() + lanes - 1) / lanes;
     arrays_.points.assign(blocks * lanes * d, infinity);

@@ -96,7 +96,7 @@ class ColourTree {
     struct Queue {
         std::uint32_t at = 0, end = 0;  ///< pixels of the colour that are left, in `pixels_`
     };
-    void build(const std::vector<float>& distinct, std::vector<std::uint32_t>& order);
+    void build(const std::vector<float>& distinct, const std::vector<std::uint32_t>& order);
     ColourTreeArrays arrays_;
     Search search_;
     Tighten tighten_;
