@@ -32,7 +32,8 @@ class ColourTable {
         }
     }
 
-    /// Number of the pixel's colour, in order of first appearance; `next` for a new one. Pixels are asked for in order.
+    /// Number of the pixel's colour, in order of first appearance; `next` for a new one. Pixels are asked for
+    /// in order.
     std::uint32_t number(size_t pixel, std::uint32_t next, const std::vector<float>& distinct) {
         if (pixel % ahead == 0) prefetch(pixel);
         const float* const colour = colours_->at(pixel);
@@ -70,7 +71,8 @@ class Arrangement {
           d_(static_cast<size_t>(planes)),
           rows_(distinct.size() / static_cast<size_t>(planes)) {
         for (size_t k = 0; k < rows_.size(); ++k) {
-            for (size_t i = 0; i < std::min(d_, inside); ++i) rows_[k].value[i] = ascending(distinct[d_ * k + i]);
+            for (size_t i = 0; i < std::min(d_, inside); ++i)
+                rows_[k].value[i] = ascending(distinct[d_ * k + i]);
             rows_[k].colour = static_cast<std::uint32_t>(k);
         }
     }
@@ -186,7 +188,7 @@ class Arrangement {
 
 ColourTree::ColourTree(const Colours& colours, Metric metric)
     : search_(colour_searches(metric, colours.planes).front()),
-      tighten_(box_update()),
+      tighten_(box_updates().front()),
       left_(colours.pixels()) {
     const auto d = static_cast<size_t>(colours.planes);
     arrays_.planes = colours.planes;

@@ -73,6 +73,8 @@ class ColourTree {
         std::uint32_t slot = none;  ///< of the colour
     };
     using Search = Hit (*)(const ColourTreeArrays&, const float*);
+    /// Brings the box of a block of `level`, a lane of the level above, up to date. \return whether it
+    /// changed
     using Tighten = bool (*)(ColourTreeArrays&, int level, std::size_t block);
     /// The nearest pixel that is left, the one of lowest raster index among equals.
     [[nodiscard]] Hit nearest(const float* colour) const { return search_(arrays_, colour); }
@@ -108,8 +110,8 @@ class ColourTree {
     std::vector<bool> noted_points_, noted_boxes_;
 };
 
-/// The searches that this processor can run, widest instruction set first. They agree to the bit.
+/// The searches and updates that this processor can run, widest instruction set first. They agree to the bit.
 [[nodiscard]] std::vector<ColourTree::Search> colour_searches(Metric metric, int planes);
-[[nodiscard]] ColourTree::Tighten box_update();
+[[nodiscard]] std::vector<ColourTree::Tighten> box_updates();
 
 }  // namespace btfield

@@ -31,7 +31,7 @@ constexpr std::array<int, 16> lane_bits{1,      1 << 1, 1 << 2,  1 << 3,  1 << 4
 #define BTFIELD_EQUAL(a, b) static_cast<std::uint32_t>(_mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ))
 #define BTFIELD_LOWER(a, b) static_cast<std::uint32_t>(_mm512_cmplt_epu32_mask((__m512i)(a), (__m512i)(b)))
 #define BTFIELD_CHOOSE(bits, lane_bits, a, b) \
-    (Integers)_mm512_mask_mov_epi32((__m512i)(b), static_cast<__mmask16>(bits), (__m512i)(a))
+    (Integers) _mm512_mask_mov_epi32((__m512i)(b), static_cast<__mmask16>(bits), (__m512i)(a))
 #include "host/nearest_colour.inc"
 
 #define BTFIELD_ISA avx2
@@ -56,29 +56,37 @@ constexpr std::array<int, 16> lane_bits{1,      1 << 1, 1 << 2,  1 << 3,  1 << 4
 
 #endif
 
+#if defined(__x86_64__)
+bool has_avx512() {
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+           __builtin_cpu_supports("avx512vl");
+}
+
+bool has_avx2() {
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi");
+}
+#endif
+
 }  // namespace
 
 std::vector<ColourTree::Search> colour_searches(Metric metric, int planes) {
     std::vector<Search> searches;
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-        searches.push_back(avx512::search_for(metric, planes));
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi"))
-        searches.push_back(avx2::search_for(metric, planes));
+    if (has_avx512()) searches.push_back(avx512::search_for(metric, planes));
+    if (has_avx2()) searches.push_back(avx2::search_for(metric, planes));
 #endif
     searches.push_back(baseline::search_for(metric, planes));
     return searches;
 }
 
-ColourTree::Tighten box_update() {
+std::vector<ColourTree::Tighten> box_updates() {
+    std::vector<ColourTree::Tighten> updates;
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-        return avx512::tighten;
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi")) return avx2::tighten;
+    if (has_avx512()) updates.push_back(avx512::tighten);
+    if (has_avx2()) updates.push_back(avx2::tighten);
 #endif
-    return baseline::tighten;
+    updates.push_back(baseline::tighten);
+    return updates;
 }
 
 }  // namespace btfield
