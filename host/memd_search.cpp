@@ -42,11 +42,9 @@ class DeviceTree {
     void begin(const Buffer& a, size_t begin, size_t count) {
         const auto from = static_cast<cl_uint>(begin), pixels = static_cast<cl_uint>(count);
         if (blocks_.exhaustive) {
-            BuildParameters parameters = parameters_;
-            parameters.set("BTFIELD_ROWS", blocks_.rows);
-            const size_t tile = static_cast<size_t>(blocks_.rows * device_->vector_width());
-            device_->launch(device_->kernel("exhaustive_pixel", "exhaustive_candidates", parameters),
-                            {(count + tile - 1) / tile}, Grain::fine, a, from, pixels, points_, first_,
+            const auto width = static_cast<size_t>(device_->vector_width());
+            device_->launch(device_->kernel("exhaustive_pixel", "exhaustive_candidates", parameters_),
+                            {(count + width - 1) / width}, Grain::fine, a, from, pixels, points_, first_,
                             static_cast<cl_uint>(tree_->arrays().first.size() / ColourTree::lanes),
                             distances_, rasters_, slots_);
         } else {

@@ -20,7 +20,6 @@ struct MemdBlocks {
     /// Share of pixels whose candidates were all gone from which the host goes on alone.
     double hopeless = 0.5;
     bool exhaustive = false;  ///< candidates from all colours of B instead of the tree
-    int rows = 4;             ///< vectors of A's pixels that the exhaustive kernel keeps in registers
 };
 
 /// What MemdSearch::automatic stands for; others stand for themselves. On a GPU, comparing with up to this
