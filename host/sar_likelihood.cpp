@@ -325,7 +325,7 @@ class Fit {
         result.end = std::move(end);
         return result;
     }
-    static constexpr double first_tolerance = 1e-3, middle_tolerance = 1e-7, last_tolerance = 1e-15;
+    static constexpr double first_tolerance = 1e-3, middle_tolerance = 1e-9, last_tolerance = 1e-15;
 
     const LagCovariance& statistic_;
     const LikelihoodOptions& options_;
