@@ -49,14 +49,4 @@ class InverseSpectrum {
     std::vector<RowMajor> inverse_;    ///< per row m = 0 … side/2
 };
 
-/// c = a b of complex lanes.
-inline void multiply_lanes(const double* a, const double* a_imaginary, const double* b,
-                           const double* b_imaginary, double* c, double* c_imaginary, Eigen::Index count) {
-    for (Eigen::Index n = 0; n < count; ++n) {
-        const double re = a[n] * b[n] - a_imaginary[n] * b_imaginary[n];
-        c_imaginary[n] = a[n] * b_imaginary[n] + a_imaginary[n] * b[n];
-        c[n] = re;
-    }
-}
-
 }  // namespace btfield

@@ -8,6 +8,7 @@
 
 #include "btfield/error.hpp"
 #include "host/folded_periodogram.hpp"
+#include "host/lane_inverse.hpp"
 #include "host/least_squares.hpp"
 #include "host/mrf_lattice.hpp"
 #include "host/mrf_likelihood.hpp"
@@ -29,31 +30,6 @@ constexpr int most_steps = 60;
 // Of the data's, in a model that is kept.
 constexpr double most_variance = 1.05;
 
-/// a b, a the same for every lane.
-LaneMatrix product(const MatrixXd& a, const LaneMatrix& b) {
-    const int d = b.planes();
-    LaneMatrix c(d, b.lanes());
-    for (int i = 0; i < d; ++i) {
-        for (int k = 0; k < d; ++k) {
-            if (a(i, k) == 0.0) continue;
-            for (int j = 0; j < d; ++j) {
-                const double* const from = b.real(k, j);
-                double* const to = c.real(i, j);
-                // Real and imaginary parts follow each other.
-                for (size_t n = 0; n < 2 * b.lanes(); ++n) to[n] += a(i, k) * from[n];
-            }
-        }
-    }
-    return c;
-}
-
-void add(LaneMatrix& a, const LaneMatrix& b, double scale) {
-    const auto d = static_cast<size_t>(a.planes());
-    double* const to = a.real(0, 0);
-    const double* const from = b.real(0, 0);
-    for (size_t n = 0; n < 2 * d * d * a.lanes(); ++n) to[n] += scale * from[n];
-}
-
 /// a + aᴴ
 LaneMatrix twice_hermitian_part(const LaneMatrix& a) {
     LaneMatrix result = adjoint(a);
@@ -65,18 +41,8 @@ LaneMatrix twice_hermitian_part(const LaneMatrix& a) {
 void add_outer(const LaneMatrix& a, int k, const LaneMatrix& b, int l, double scale, LaneMatrix& result) {
     const int d = a.planes();
     for (int i = 0; i < d; ++i) {
-        const double* const ar = a.real(i, k);
-        const double* const ai = a.imaginary(i, k);
-        for (int j = 0; j < d; ++j) {
-            const double* const br = b.real(l, j);
-            const double* const bi = b.imaginary(l, j);
-            double* const re = result.real(i, j);
-            double* const im = result.imaginary(i, j);
-            for (size_t n = 0; n < a.lanes(); ++n) {
-                re[n] += scale * (ar[n] * br[n] - ai[n] * bi[n]);
-                im[n] += scale * (ar[n] * bi[n] + ai[n] * br[n]);
-            }
-        }
+        for (int j = 0; j < d; ++j)
+            add_lane_product(a.real(i, k), b.real(l, j), result.real(i, j), a.lanes(), scale);
     }
 }
 
@@ -131,17 +97,7 @@ class Whittle {
                   [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda, double) {
                       const LaneMatrix x = product(p.root, lambda);
                       const LaneMatrix wi = btfield::product(btfield::product(inverse, x), periodogram_[m]);
-                      double sum = 0.0;  // Re tr(Xᴴ W I), X = B Λ
-                      for (int i = 0; i < planes_; ++i) {
-                          for (int j = 0; j < planes_; ++j) {
-                              const double* const ar = x.real(i, j);
-                              const double* const ai = x.imaginary(i, j);
-                              const double* const br = wi.real(i, j);
-                              const double* const bi = wi.imaginary(i, j);
-                              for (size_t n = 0; n < x.lanes(); ++n)
-                                  sum += cells_.column_weight[n] * (ar[n] * br[n] + ai[n] * bi[n]);
-                          }
-                      }
+                      const double sum = mean_trace(adjoint(x), wi, cells_.column_weight);  // X = B Λ
                       sums[static_cast<size_t>(block)] += cells_.row_weight[m] * sum;
                   });
         if (!positive) return std::nullopt;

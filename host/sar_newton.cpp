@@ -1,9 +1,10 @@
 #include "host/sar_newton.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <utility>
+
+#include "host/dense.hpp"
 
 namespace btfield {
 namespace {
@@ -15,7 +16,7 @@ using Eigen::VectorXd;
 class Inverse {
   public:
     explicit Inverse(const MatrixXd& hessian) : factor_(hessian) {
-        if (factor_.info() == Eigen::Success) return;
+        if (factor_.positive()) return;
         const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
         vectors_ = solver.eigenvectors();
         values_ = solver.eigenvalues().cwiseAbs().cwiseMax(1e-6);
@@ -27,7 +28,7 @@ class Inverse {
     }
 
   private:
-    Eigen::LLT<MatrixXd> factor_;
+    Cholesky factor_;
     MatrixXd vectors_;
     VectorXd values_;
 };
