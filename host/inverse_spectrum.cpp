@@ -18,12 +18,6 @@ using Eigen::Index;
 using std::size_t;
 using RowMajor = InverseSpectrum::RowMajor;
 
-Complex root_of_unity(int k, int n) {
-    k = ((k % n) + n) % n;
-    const double angle = 2.0 * std::numbers::pi * k / n;
-    return {std::cos(angle), std::sin(angle)};
-}
-
 /// Rows m = 0 … side/2 stand for all.
 double row_weight(int row, int side) {
     return row == 0 || 2 * row == side ? 1.0 : 2.0;
@@ -54,6 +48,10 @@ InverseSpectrum::InverseSpectrum(int planes, std::vector<Offset> terms, int side
       side_(side),
       terms_(std::move(terms)),
       inverse_(static_cast<size_t>(side / 2 + 1), RowMajor(2 * Index{planes} * planes, side)) {
+    for (int k = 0; k < side; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / side;
+        roots_.emplace_back(std::cos(angle), std::sin(angle));
+    }
     for (const Offset s : terms_) columns_.push_back(s.column);
     std::sort(columns_.begin(), columns_.end());
     columns_.erase(std::unique(columns_.begin(), columns_.end()), columns_.end());
@@ -64,7 +62,7 @@ InverseSpectrum::InverseSpectrum(int planes, std::vector<Offset> terms, int side
     waves_.resize(2 * distinct, side);
     for (Index c = 0; c < distinct; ++c) {
         for (int n = 0; n < side; ++n) {
-            const Complex turn = root_of_unity(columns_[static_cast<size_t>(c)] * n, side);
+            const Complex turn = root(columns_[static_cast<size_t>(c)] * n);
             waves_(c, n) = turn.real();
             waves_(c + distinct, n) = turn.imag();
         }
@@ -76,7 +74,7 @@ void InverseSpectrum::evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& va
     // Σ over terms with the same s2 of b_s e^{iω1 s1}: what is left is a sum over few distinct s2.
     RowMajor rows = RowMajor::Zero(2 * entries, 2 * distinct);
     for (size_t s = 0; s < terms_.size(); ++s) {
-        const Complex turn = root_of_unity(terms_[s].row * m, side_);
+        const Complex turn = root(terms_[s].row * m);
         const Index c = place_[s];
         for (Index e = 0; e < entries; ++e) {
             const double value = b[static_cast<Index>(s) * entries + e];
@@ -132,7 +130,7 @@ RowMajor InverseSpectrum::moments(Index fields, Offset box, const Fill& fill) co
     RowMajor table(side_, 2 * (Index{box.column} + 1));
     for (int c = 0; c <= box.column; ++c) {
         for (int n = 0; n < side_; ++n) {
-            const Complex turn = root_of_unity(c * n, side_);
+            const Complex turn = root(c * n);
             table(n, c) = turn.real();
             table(n, c + box.column + 1) = turn.imag();
         }
@@ -162,7 +160,7 @@ RowMajor InverseSpectrum::moments(Index fields, Offset box, const Fill& fill) co
             }
             const double weight = row_weight(m, side_);
             for (int s1 = -box.row; s1 <= box.row; ++s1) {
-                const Complex turn = root_of_unity(m * s1, side_);
+                const Complex turn = root(m * s1);
                 turns(s1 + box.row, 2 * k) = weight * turn.real();
                 turns(s1 + box.row, 2 * k + 1) = -weight * turn.imag();
             }

@@ -5,6 +5,7 @@
 // section 10).
 
 #include <Eigen/Core>
+#include <complex>
 #include <functional>
 #include <vector>
 
@@ -41,7 +42,13 @@ class InverseSpectrum {
     struct Partial;
     void evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& values, Partial& sums);
 
+    /// e^{2πi k / side}
+    [[nodiscard]] std::complex<double> root(int k) const {
+        return roots_[static_cast<std::size_t>(((k % side_) + side_) % side_)];
+    }
+
     int planes_, side_;
+    std::vector<std::complex<double>> roots_;
     std::vector<Offset> terms_;
     std::vector<int> columns_;         ///< distinct s2
     std::vector<Eigen::Index> place_;  ///< of each term's s2 among them

@@ -80,13 +80,14 @@ void evaluate(const HermitianPolynomial& polynomial, double row_frequency, const
     for (const Offset s : polynomial.offsets) reach = std::max(reach, std::abs(s.column));
     const size_t lanes = result.lanes();
     // Coefficient of e^{i c ω2}, c = −reach … reach.
-    std::vector<Complex> sums(static_cast<size_t>(2 * reach + 1));
+    std::vector<Complex> sums(static_cast<size_t>(2 * reach + 1)), turns;
+    for (const Offset s : polynomial.offsets) turns.push_back(std::polar(1.0, row_frequency * s.row));
     for (int i = 0; i < d; ++i) {
         for (int j = 0; j <= i; ++j) {
             std::fill(sums.begin(), sums.end(), Complex{});
             for (size_t s = 0; s < polynomial.offsets.size(); ++s) {
                 const Offset offset = polynomial.offsets[s];
-                const Complex turn = std::polar(1.0, row_frequency * offset.row);
+                const Complex turn = turns[s];
                 const int right = reach + offset.column, left = reach - offset.column;
                 sums[static_cast<size_t>(right)] -= turn * polynomial.terms[s](i, j);
                 sums[static_cast<size_t>(left)] -= std::conj(turn) * polynomial.terms[s](j, i);
