@@ -93,8 +93,9 @@ void add_product(const ConstRows& a, const ConstRows& b, Rows c) {
             for (Index k = 0; k < depth; ++k)
                 std::fill_n(panel.data() + k * tile_columns + columns, tile_columns - columns, 0.0);
         }
-        add_strip({depth, a.data(), a.outerStride(), panel.data(), c.data() + first, c.outerStride(), columns},
-                  a.rows());
+        add_strip(
+            {depth, a.data(), a.outerStride(), panel.data(), c.data() + first, c.outerStride(), columns},
+            a.rows());
     }
 }
 

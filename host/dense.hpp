@@ -1,7 +1,7 @@
 #pragma once
 
-// Products and factors of matrices of middling size, at the processor's full width: what Eigen gives is compiled
-// for the narrowest that the library runs on.
+// Products and factors of matrices of middling size, at the processor's full width: what Eigen gives is
+// compiled for the narrowest that the library runs on.
 
 #include <Eigen/Core>
 

@@ -21,7 +21,6 @@
 #include "host/parallel.hpp"
 #include "host/selection.hpp"
 #include "host/spectral_density.hpp"
-#include "host/theory.hpp"
 
 namespace btfield {
 namespace {
@@ -135,18 +134,29 @@ std::vector<double> in_picture(const TextureModel& model, std::vector<double> co
     return turned_back(model.basis, covariances);
 }
 
+/// Lag covariances of each level's field, as far as probe lags of the picture see them.
 /// \param grids per level, side of the frequency grid that resolves its spectrum
-void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<int>& grids) {
-    const std::vector<Offset> lags = probe_lags(picture.image().size());
-    std::vector<std::vector<double>> seen;
-    for (size_t k = 0; k < model.levels.size(); ++k) {
-        const int depth = static_cast<int>(k);
+std::vector<LagCovariance> level_fields(const TextureModel& model, const std::vector<int>& grids) {
+    const std::vector<Offset> lags = probe_lags(model.size);
+    std::vector<LagCovariance> fields(model.levels.size());
+    for_each_block(static_cast<int>(fields.size()), [&](int depth) {
+        const auto k = static_cast<size_t>(depth);
         const LevelModel& level = model.levels[k];
         // The level's own torus, as far as that matters: beyond the grid that resolves the spectrum sums
         // change no more.
         const Size torus{std::min(level.size.height, grids[k]), std::min(level.size.width, grids[k])};
-        const LagCovariance own = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
-        seen.push_back(in_picture(model, expanded_covariance(own, model.factor, depth, lags)));
+        fields[k] = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
+    });
+    return fields;
+}
+
+/// \param fields of model's levels
+void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<LagCovariance>& fields) {
+    const std::vector<Offset> lags = probe_lags(model.size);
+    std::vector<std::vector<double>> seen;
+    for (size_t k = 0; k < fields.size(); ++k) {
+        seen.push_back(
+            in_picture(model, expanded_covariance(fields[k], model.factor, static_cast<int>(k), lags)));
     }
     const std::vector<double> gains =
         match_gains(seen, in_picture(model, picture.probe_covariances()), model.planes);
@@ -154,11 +164,17 @@ void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<
 }
 
 /// See TextureModel::whitening.
-void set_whitening(TextureModel& model) {
+/// \param fields of model's levels
+void set_whitening(TextureModel& model, const std::vector<LagCovariance>& fields) {
     const std::array<Offset, 1> zero = {Offset{}};
-    const std::vector<double> covariance = modelled_covariance(model, model.size, zero);
     const int r = model.basis.rank;
-    const Eigen::MatrixXd sum = Eigen::Map<const Eigen::MatrixXd>(covariance.data(), r, r);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(r, r);
+    for (size_t k = 0; k < fields.size(); ++k) {
+        const std::vector<double> seen =
+            expanded_covariance(fields[k], model.factor, static_cast<int>(k), zero);
+        const double gain = model.levels[k].gain;
+        sum += gain * gain * Eigen::Map<const Eigen::MatrixXd>(seen.data(), r, r);
+    }
     const Eigen::MatrixXd whitening = inverse_symmetric_root(0.5 * (sum + sum.transpose()));
     model.whitening.assign(whitening.data(), whitening.data() + whitening.size());
 }
@@ -279,8 +295,7 @@ class Analysis::Impl {
     }
 
     TextureModel fit_levels(AnalysedPicture& planes, AnalysedPlanes kind, const FitOptions& options,
-                            const Support& support, Offset box, int count, FitDepth depth,
-                            Stopwatch& watch) {
+                            const Support& support, Offset box, int count, FitDepth depth, Stopwatch& watch) {
         TextureModel model;
         model.kind = options.model;
         model.size = image_.size();
@@ -319,7 +334,7 @@ class Analysis::Impl {
         std::vector<double> weakest;
         for (auto& [fitted, statistic, fit] : fits) {
             watch.report("lag covariances", statistic);
-            watch.report("fit", together * fit / apart);
+            watch.report("fit", apart > 0.0 ? together * fit / apart : 0.0);
             grids.push_back(fitted.grid);
             weakest.push_back(fitted.weakest_kept);
             model.levels.push_back(std::move(fitted.level));
@@ -329,8 +344,11 @@ class Analysis::Impl {
                 correlated_reason(options.correlated, support.kind, support.offsets, weakest));
         }
         if (depth == FitDepth::levels) return model;
-        if (options.gains == GainMode::match && is_valid(model)) set_gains(model, planes, grids);
-        if (!model.marginals.empty()) set_whitening(model);
+        const bool gains = options.gains == GainMode::match && is_valid(model);
+        std::vector<LagCovariance> fields;
+        if (gains || !model.marginals.empty()) fields = level_fields(model, grids);
+        if (gains) set_gains(model, planes, fields);
+        if (!model.marginals.empty()) set_whitening(model, fields);
         watch.lap("gains");
         return model;
     }

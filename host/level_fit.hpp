@@ -35,6 +35,7 @@ struct Support {
 [[nodiscard]] std::size_t offset_count(const Support& support, const FitOptions& options);
 
 /// \param candidates support_of(options)
-[[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& candidates);
+[[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options,
+                                    const Support& candidates);
 
 }  // namespace btfield

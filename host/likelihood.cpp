@@ -7,8 +7,10 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
+#include "btfield/error.hpp"
 #include "host/least_squares.hpp"
 #include "host/mrf_lattice.hpp"
 #include "host/parallel.hpp"
@@ -124,6 +126,16 @@ double log_likelihood(const Model& model, const LagCovariance& statistic, double
                                   filters * mean_log_determinant + quadratic);
     return std::isfinite(result) && noise.info() == Eigen::Success ? result
                                                                    : std::numeric_limits<double>::quiet_NaN();
+}
+
+void check_dense_hessian(const std::string& asked, size_t unknowns, const char* instead) {
+    constexpr size_t most = 6000;  // 0.3 GB of second derivatives
+    if (unknowns <= most) return;
+    throw InputError(asked,
+                     std::to_string(unknowns) +
+                         " unknowns of a level have too many second derivatives (at most " +
+                         std::to_string(most) + " unknowns)",
+                     instead);
 }
 
 }  // namespace btfield

@@ -182,7 +182,8 @@ void PairTable::add_products(const LaneMatrix& x, const LaneMatrix& y, double sc
     const size_t lanes = x.lanes();
     for (size_t p = 0; p < pairs_.size(); ++p) {
         const auto [a, b, c, d] = pairs_[p];
-        add_lane_product(x.real(a, b), y.real(c, d), rows.row(2 * static_cast<Index>(p)).data(), lanes, scale);
+        add_lane_product(x.real(a, b), y.real(c, d), rows.row(2 * static_cast<Index>(p)).data(), lanes,
+                         scale);
     }
 }
 

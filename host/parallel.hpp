@@ -11,16 +11,15 @@ struct BlockWork {
 };
 void run_blocks(int blocks, BlockWork work);
 
-/// Calls work(block) once for every block in [0, blocks), on at most hardware_concurrency threads of the whole
-/// process, the caller's own included, in no particular order. Blocks write to places of their own, and
+/// Calls work(block) once for every block in [0, blocks), on at most hardware_concurrency threads of the
+/// whole process, the caller's own included, in no particular order. Blocks write to places of their own, and
 /// whoever reduces them does so in block order afterwards: that makes sums independent of the number of
-/// threads. Blocks may share work out themselves: threads that have nothing else to do help with the outermost
-/// loop that has blocks left. The exception of the lowest block that threw one is passed on, after all have
-/// ended.
+/// threads. Blocks may share work out themselves: threads that have nothing else to do help with the
+/// outermost loop that has blocks left. The exception of the lowest block that threw one is passed on, after
+/// all have ended.
 template <class Work>
 void for_each_block(int blocks, const Work& work) {
-    run_blocks(blocks,
-               {&work, [](const void* of, int block) { (*static_cast<const Work*>(of))(block); }});
+    run_blocks(blocks, {&work, [](const void* of, int block) { (*static_cast<const Work*>(of))(block); }});
 }
 
 }  // namespace btfield

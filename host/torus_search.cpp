@@ -95,8 +95,7 @@ class Bounds {
 
     /// κ; not a number or infinite where Λ is singular.
     [[nodiscard]] double change(double half, const SpectralPoints& at, int n) const {
-        return half * (at.by_row(n) + at.by_column(n)) +
-               0.5 * half * half * at.inverse_norm(n) * curvature_;
+        return half * (at.by_row(n) + at.by_column(n)) + 0.5 * half * half * at.inverse_norm(n) * curvature_;
     }
     /// Change of arg det Λ along a segment that is parallel to an axis; nothing when a zero lies on it or so
     /// close to it that `steps` run out.
