@@ -7,25 +7,29 @@
 namespace btfield {
 
 const LagCovariance& AnalysedLevel::statistic(Offset box) {
-    if (statistic_.planes() == 0 || !statistic_.contains(box)) {
-        const Offset before = statistic_.planes() == 0 ? Offset{} : statistic_.box();
-        statistic_ =
-            lag_covariance(image_, {std::max(box.row, before.row), std::max(box.column, before.column)});
+    const std::lock_guard lock(*mutex_);
+    if (statistics_.empty() || !statistics_.back().contains(box)) {
+        const Offset before = statistics_.empty() ? Offset{} : statistics_.back().box();
+        statistics_.push_back(
+            lag_covariance(image_, {std::max(box.row, before.row), std::max(box.column, before.column)}));
     }
-    return statistic_;
+    return statistics_.back();
 }
 
 const FoldedPeriodogram& AnalysedLevel::periodogram() {
+    const std::lock_guard lock(*mutex_);
     if (!periodogram_) periodogram_ = folded_periodogram(image_);
     return *periodogram_;
 }
 
 AnalysedLevel& AnalysedPicture::level(int factor, int count, int k) {
+    const std::lock_guard lock(*mutex_);
     const auto last = std::pair{factor, count - 1};
     if (gaussian_.find(last) == gaussian_.end()) {
         if (count == 1) {
             gaussian_.emplace(last, AnalysedLevel(image_));
         } else {
+            const std::lock_guard working(*device_mutex_);
             std::vector<Image> levels = decompose(*device_, image_, count, factor);
             gaussian_.emplace(last, AnalysedLevel(std::move(levels.back())));
             levels.pop_back();
@@ -39,6 +43,7 @@ AnalysedLevel& AnalysedPicture::level(int factor, int count, int k) {
 }
 
 const std::vector<double>& AnalysedPicture::probe_covariances() {
+    const std::lock_guard lock(*mutex_);
     if (probe_covariances_.empty()) probe_covariances_ = covariances_at(image_, probe_lags(image_.size()));
     return probe_covariances_;
 }

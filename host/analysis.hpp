@@ -1,9 +1,12 @@
 #pragma once
 
 // What fits of one picture share: planes, pyramid levels and their lag covariances, computed when first asked
-// for.
+// for. Several fits may ask at a time.
 
+#include <deque>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -35,14 +38,17 @@ class AnalysedLevel {
 
   private:
     Image image_;
-    LagCovariance statistic_;
+    std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();
+    std::deque<LagCovariance> statistics_;  ///< of ever larger boxes: others may still read a smaller one
     std::optional<FoldedPeriodogram> periodogram_;
 };
 
 /// One kind of planes of the picture, and its pyramids.
 class AnalysedPicture {
   public:
-    AnalysedPicture(Device& device, Image image) : device_(&device), image_(std::move(image)) {}
+    /// \param device_mutex held while the device works
+    AnalysedPicture(Device& device, std::mutex& device_mutex, Image image)
+        : device_(&device), device_mutex_(&device_mutex), image_(std::move(image)) {}
 
     [[nodiscard]] const Image& image() const { return image_; }
     /// Level k of `count`: Laplacian but for the last, which is Gaussian.
@@ -52,7 +58,9 @@ class AnalysedPicture {
 
   private:
     Device* device_;
+    std::mutex* device_mutex_;
     Image image_;
+    std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();
     std::map<std::pair<int, int>, AnalysedLevel> laplacian_, gaussian_;  ///< [factor, k]
     std::vector<double> probe_covariances_;
 };

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -17,9 +18,9 @@
 #include "host/level_fit.hpp"
 #include "host/level_gains.hpp"
 #include "host/marginal_moments.hpp"
+#include "host/parallel.hpp"
 #include "host/selection.hpp"
 #include "host/spectral_density.hpp"
-#include "host/theory.hpp"
 
 namespace btfield {
 namespace {
@@ -30,10 +31,14 @@ using std::size_t;
 class Stopwatch {
   public:
     explicit Stopwatch(const FitOptions& options) : report_(options.progress), start_(Clock::now()) {}
-    void lap(std::string_view stage) {
-        const Clock::time_point now = Clock::now();
-        if (report_) report_(stage, std::chrono::duration<double>(now - start_).count());
-        start_ = Clock::now();
+    void lap(std::string_view stage) { report(stage, split()); }
+    /// Seconds since the last lap or split.
+    double split() {
+        const Clock::time_point before = std::exchange(start_, Clock::now());
+        return std::chrono::duration<double>(start_ - before).count();
+    }
+    void report(std::string_view stage, double seconds) {
+        if (report_) report_(stage, seconds);
     }
 
   private:
@@ -129,18 +134,29 @@ std::vector<double> in_picture(const TextureModel& model, std::vector<double> co
     return turned_back(model.basis, covariances);
 }
 
+/// Lag covariances of each level's field, as far as probe lags of the picture see them.
 /// \param grids per level, side of the frequency grid that resolves its spectrum
-void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<int>& grids) {
-    const std::vector<Offset> lags = probe_lags(picture.image().size());
-    std::vector<std::vector<double>> seen;
-    for (size_t k = 0; k < model.levels.size(); ++k) {
-        const int depth = static_cast<int>(k);
+std::vector<LagCovariance> level_fields(const TextureModel& model, const std::vector<int>& grids) {
+    const std::vector<Offset> lags = probe_lags(model.size);
+    std::vector<LagCovariance> fields(model.levels.size());
+    for_each_block(static_cast<int>(fields.size()), [&](int depth) {
+        const auto k = static_cast<size_t>(depth);
         const LevelModel& level = model.levels[k];
         // The level's own torus, as far as that matters: beyond the grid that resolves the spectrum sums
         // change no more.
         const Size torus{std::min(level.size.height, grids[k]), std::min(level.size.width, grids[k])};
-        const LagCovariance own = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
-        seen.push_back(in_picture(model, expanded_covariance(own, model.factor, depth, lags)));
+        fields[k] = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
+    });
+    return fields;
+}
+
+/// \param fields of model's levels
+void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<LagCovariance>& fields) {
+    const std::vector<Offset> lags = probe_lags(model.size);
+    std::vector<std::vector<double>> seen;
+    for (size_t k = 0; k < fields.size(); ++k) {
+        seen.push_back(
+            in_picture(model, expanded_covariance(fields[k], model.factor, static_cast<int>(k), lags)));
     }
     const std::vector<double> gains =
         match_gains(seen, in_picture(model, picture.probe_covariances()), model.planes);
@@ -148,11 +164,17 @@ void set_gains(TextureModel& model, AnalysedPicture& picture, const std::vector<
 }
 
 /// See TextureModel::whitening.
-void set_whitening(TextureModel& model) {
+/// \param fields of model's levels
+void set_whitening(TextureModel& model, const std::vector<LagCovariance>& fields) {
     const std::array<Offset, 1> zero = {Offset{}};
-    const std::vector<double> covariance = modelled_covariance(model, model.size, zero);
     const int r = model.basis.rank;
-    const Eigen::MatrixXd sum = Eigen::Map<const Eigen::MatrixXd>(covariance.data(), r, r);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(r, r);
+    for (size_t k = 0; k < fields.size(); ++k) {
+        const std::vector<double> seen =
+            expanded_covariance(fields[k], model.factor, static_cast<int>(k), zero);
+        const double gain = model.levels[k].gain;
+        sum += gain * gain * Eigen::Map<const Eigen::MatrixXd>(seen.data(), r, r);
+    }
     const Eigen::MatrixXd whitening = inverse_symmetric_root(0.5 * (sum + sum.transpose()));
     model.whitening.assign(whitening.data(), whitening.data() + whitening.size());
 }
@@ -197,27 +219,30 @@ class Analysis::Impl {
     [[nodiscard]] const Image& image() const { return image_; }
 
     /// Settles what the options leave to be chosen, then fits.
-    [[nodiscard]] TextureModel fit(const FitOptions& options) {
-        if (!leaves_choices(options)) return fit(options, FitDepth::complete);
+    /// \param box lags that other fits to come will ask for
+    [[nodiscard]] TextureModel fit(const FitOptions& options, Offset box) {
+        if (!leaves_choices(options)) return fit(options, FitDepth::complete, box);
         const Choices choices = choose(
             options,
             {&image_,
              [&](const FitOptions& settled) -> AnalysedPicture& { return picture(planes_of(settled)); },
-             [&](const FitOptions& settled, FitDepth depth) { return fit(settled, depth); }});
-        TextureModel model = fit(choices.options, FitDepth::complete);
+             [&](const FitOptions& settled, FitDepth depth) { return fit(settled, depth, box); }});
+        TextureModel model = fit(choices.options, FitDepth::complete, box);
         model.provenance.reasons.insert(model.provenance.reasons.begin(), choices.reasons.begin(),
                                         choices.reasons.end());
         return model;
     }
 
     /// \param options leave nothing to be chosen
-    [[nodiscard]] TextureModel fit(const FitOptions& options, FitDepth depth) {
+    [[nodiscard]] TextureModel fit(const FitOptions& options, FitDepth depth, Offset box) {
         if (options.levels < 0) {
             throw InputError("fit " + std::to_string(options.levels) + " levels",
                              "there is at least one level",
                              "use 1 or more, or 0 for the default of the picture's size");
         }
         const Support support = support_of(options);
+        const Offset own = difference_box(support.offsets);
+        box = {std::max(box.row, own.row), std::max(box.column, own.column)};
         Stopwatch watch(options);
         const AnalysedPlanes kind = planes_of(options);
         AnalysedPicture& planes = picture(kind);
@@ -233,12 +258,12 @@ class Analysis::Impl {
         check_levels(sizes, demand);
 
         TextureModel model =
-            fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), depth, watch);
+            fit_levels(planes, kind, options, support, box, static_cast<int>(sizes.size()), depth, watch);
         if (free && family(options.model) == Family::car) {
             while (!is_valid(model) && sizes.size() > 1) {
                 sizes.pop_back();
-                TextureModel fewer =
-                    fit_levels(planes, kind, options, support, static_cast<int>(sizes.size()), depth, watch);
+                TextureModel fewer = fit_levels(planes, kind, options, support, box,
+                                                static_cast<int>(sizes.size()), depth, watch);
                 if (is_valid(fewer)) return fewer;
             }
         }
@@ -252,11 +277,12 @@ class Analysis::Impl {
     }
 
     AnalysedPicture& picture(AnalysedPlanes kind) {
+        const std::lock_guard lock(mutex_);
         const auto found = pictures_.find(kind);
         if (found != pictures_.end()) return found->second;
         if (kind == AnalysedPlanes::picture) {
             check_variation(image_);
-            return pictures_.emplace(kind, AnalysedPicture(*device_, image_)).first->second;
+            return pictures_.try_emplace(kind, *device_, device_mutex_, image_).first->second;
         }
         if (basis_.planes == 0) basis_ = spectral_basis(image_);
         Image eigenplanes = to_eigenplanes(basis_, image_);
@@ -265,11 +291,11 @@ class Analysis::Impl {
             marginals_ = std::move(gaussian.marginals);
             eigenplanes = std::move(gaussian.planes);
         }
-        return pictures_.emplace(kind, AnalysedPicture(*device_, std::move(eigenplanes))).first->second;
+        return pictures_.try_emplace(kind, *device_, device_mutex_, std::move(eigenplanes)).first->second;
     }
 
     TextureModel fit_levels(AnalysedPicture& planes, AnalysedPlanes kind, const FitOptions& options,
-                            const Support& support, int count, FitDepth depth, Stopwatch& watch) {
+                            const Support& support, Offset box, int count, FitDepth depth, Stopwatch& watch) {
         TextureModel model;
         model.kind = options.model;
         model.size = image_.size();
@@ -286,11 +312,29 @@ class Analysis::Impl {
 
         static_cast<void>(planes.level(options.factor, count, 0));
         watch.lap("pyramid");
+        struct Timed {
+            FittedLevel level;
+            double statistic = 0.0, fit = 0.0;
+        };
+        std::vector<Timed> fits(static_cast<size_t>(count));
+        for (int k = 0; k < count; ++k) {
+            static_cast<void>(planes.level(options.factor, count, k).statistic(box));
+            fits[static_cast<size_t>(k)].statistic = watch.split();
+        }
+        for_each_block(count, [&](int k) {
+            Timed& own = fits[static_cast<size_t>(k)];
+            Stopwatch alone(options);
+            own.level = fit_level(planes.level(options.factor, count, k), options, support);
+            own.fit = alone.split();
+        });
+        const double together = watch.split();
+        double apart = 0.0;
+        for (const Timed& own : fits) apart += own.fit;
         std::vector<int> grids;
         std::vector<double> weakest;
-        for (int k = 0; k < count; ++k) {
-            FittedLevel fitted = fit_level(planes.level(options.factor, count, k), options, support,
-                                           [&](std::string_view stage) { watch.lap(stage); });
+        for (auto& [fitted, statistic, fit] : fits) {
+            watch.report("lag covariances", statistic);
+            watch.report("fit", apart > 0.0 ? together * fit / apart : 0.0);
             grids.push_back(fitted.grid);
             weakest.push_back(fitted.weakest_kept);
             model.levels.push_back(std::move(fitted.level));
@@ -300,13 +344,17 @@ class Analysis::Impl {
                 correlated_reason(options.correlated, support.kind, support.offsets, weakest));
         }
         if (depth == FitDepth::levels) return model;
-        if (options.gains == GainMode::match && is_valid(model)) set_gains(model, planes, grids);
-        if (!model.marginals.empty()) set_whitening(model);
+        const bool gains = options.gains == GainMode::match && is_valid(model);
+        std::vector<LagCovariance> fields;
+        if (gains || !model.marginals.empty()) fields = level_fields(model, grids);
+        if (gains) set_gains(model, planes, fields);
+        if (!model.marginals.empty()) set_whitening(model, fields);
         watch.lap("gains");
         return model;
     }
 
     Device* device_;
+    std::mutex device_mutex_, mutex_;  ///< the second: of what follows
     Image image_;
     SpectralBasis basis_;
     std::vector<Marginal> marginals_;
@@ -321,7 +369,21 @@ const Image& Analysis::image() const {
     return impl_->image();
 }
 TextureModel Analysis::fit(const FitOptions& options) {
-    return impl_->fit(options);
+    return impl_->fit(options, {});
+}
+std::vector<TextureModel> Analysis::fit_all(std::span<const FitOptions> options) {
+    Offset box;
+    for (const FitOptions& each : options) {
+        if (leaves_choices(each)) continue;
+        const Offset own = difference_box(support_of(each).offsets);
+        box = {std::max(box.row, own.row), std::max(box.column, own.column)};
+    }
+    std::vector<TextureModel> models(options.size());
+    for_each_block(static_cast<int>(options.size()), [&](int k) {
+        const auto place = static_cast<size_t>(k);
+        models[place] = impl_->fit(options[place], box);
+    });
+    return models;
 }
 
 TextureModel fit(Device& device, const Image& image, const FitOptions& options) {

@@ -1,12 +1,13 @@
 #include "host/inverse_spectrum.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <utility>
 
+#include "host/dense.hpp"
+#include "host/lane_inverse.hpp"
 #include "host/parallel.hpp"
 
 namespace btfield {
@@ -16,12 +17,6 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using std::size_t;
 using RowMajor = InverseSpectrum::RowMajor;
-
-Complex root_of_unity(int k, int n) {
-    k = ((k % n) + n) % n;
-    const double angle = 2.0 * std::numbers::pi * k / n;
-    return {std::cos(angle), std::sin(angle)};
-}
 
 /// Rows m = 0 … side/2 stand for all.
 double row_weight(int row, int side) {
@@ -39,80 +34,6 @@ struct RowBlocks {
     [[nodiscard]] int last(int block) const { return std::min(rows, (block + 1) * per_block); }
 };
 
-struct Lane {
-    const double* real;
-    const double* imaginary;
-};
-
-Lane lane(const RowMajor& values, Index field) {
-    return {values.row(2 * field).data(), values.row(2 * field + 1).data()};
-}
-
-/// Inverses by the adjugate, d <= 3, along lanes.
-void invert_small(int d, const RowMajor& b, RowMajor& inverse, double* det, double* det_imaginary) {
-    const Index count = b.cols();
-    const auto entry = [&](int i, int j) { return lane(b, Index{i} * d + j); };
-    if (d == 1) {
-        inverse.row(0).setOnes();
-        inverse.row(1).setZero();
-    } else if (d == 2) {
-        inverse.middleRows(0, 2) = b.middleRows(6, 2);
-        inverse.middleRows(2, 2) = -b.middleRows(2, 2);
-        inverse.middleRows(4, 2) = -b.middleRows(4, 2);
-        inverse.middleRows(6, 2) = b.middleRows(0, 2);
-    } else {
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-                const Lane a = entry(i1, j1), e = entry(i2, j2), c = entry(i1, j2), f = entry(i2, j1);
-                double* real = inverse.row(2 * (Index{j} * 3 + i)).data();
-                double* imaginary = inverse.row(2 * (Index{j} * 3 + i) + 1).data();
-                for (Index n = 0; n < count; ++n) {
-                    real[n] = a.real[n] * e.real[n] - a.imaginary[n] * e.imaginary[n] -
-                              (c.real[n] * f.real[n] - c.imaginary[n] * f.imaginary[n]);
-                    imaginary[n] = a.real[n] * e.imaginary[n] + a.imaginary[n] * e.real[n] -
-                                   (c.real[n] * f.imaginary[n] + c.imaginary[n] * f.real[n]);
-                }
-            }
-        }
-    }
-    std::fill_n(det, count, 0.0);
-    std::fill_n(det_imaginary, count, 0.0);
-    for (int j = 0; j < d; ++j) {
-        const Lane a = entry(0, j), c = lane(inverse, Index{j} * d);
-        for (Index n = 0; n < count; ++n) {
-            det[n] += a.real[n] * c.real[n] - a.imaginary[n] * c.imaginary[n];
-            det_imaginary[n] += a.real[n] * c.imaginary[n] + a.imaginary[n] * c.real[n];
-        }
-    }
-    for (Index e = 0; e < Index{d} * d; ++e) {
-        double* real = inverse.row(2 * e).data();
-        double* imaginary = inverse.row(2 * e + 1).data();
-        for (Index n = 0; n < count; ++n) {
-            const double scale = 1.0 / (det[n] * det[n] + det_imaginary[n] * det_imaginary[n]);
-            const double re = real[n], im = imaginary[n];
-            real[n] = (re * det[n] + im * det_imaginary[n]) * scale;
-            imaginary[n] = (im * det[n] - re * det_imaginary[n]) * scale;
-        }
-    }
-}
-
-void invert_general(int d, const RowMajor& b, RowMajor& inverse, double* det, double* det_imaginary) {
-    Eigen::MatrixXcd matrix(d, d);
-    for (Index n = 0; n < b.cols(); ++n) {
-        for (Index e = 0; e < Index{d} * d; ++e) matrix(e / d, e % d) = {b(2 * e, n), b(2 * e + 1, n)};
-        const Eigen::PartialPivLU<Eigen::MatrixXcd> lu(matrix);
-        const Complex determinant = lu.determinant();
-        det[n] = determinant.real();
-        det_imaginary[n] = determinant.imag();
-        matrix = lu.inverse();
-        for (Index e = 0; e < Index{d} * d; ++e) {
-            inverse(2 * e, n) = matrix(e / d, e % d).real();
-            inverse(2 * e + 1, n) = matrix(e / d, e % d).imag();
-        }
-    }
-}
-
 }  // namespace
 
 struct InverseSpectrum::Partial {
@@ -127,6 +48,10 @@ InverseSpectrum::InverseSpectrum(int planes, std::vector<Offset> terms, int side
       side_(side),
       terms_(std::move(terms)),
       inverse_(static_cast<size_t>(side / 2 + 1), RowMajor(2 * Index{planes} * planes, side)) {
+    for (int k = 0; k < side; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / side;
+        roots_.emplace_back(std::cos(angle), std::sin(angle));
+    }
     for (const Offset s : terms_) columns_.push_back(s.column);
     std::sort(columns_.begin(), columns_.end());
     columns_.erase(std::unique(columns_.begin(), columns_.end()), columns_.end());
@@ -137,7 +62,7 @@ InverseSpectrum::InverseSpectrum(int planes, std::vector<Offset> terms, int side
     waves_.resize(2 * distinct, side);
     for (Index c = 0; c < distinct; ++c) {
         for (int n = 0; n < side; ++n) {
-            const Complex turn = root_of_unity(columns_[static_cast<size_t>(c)] * n, side);
+            const Complex turn = root(columns_[static_cast<size_t>(c)] * n);
             waves_(c, n) = turn.real();
             waves_(c + distinct, n) = turn.imag();
         }
@@ -149,7 +74,7 @@ void InverseSpectrum::evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& va
     // Σ over terms with the same s2 of b_s e^{iω1 s1}: what is left is a sum over few distinct s2.
     RowMajor rows = RowMajor::Zero(2 * entries, 2 * distinct);
     for (size_t s = 0; s < terms_.size(); ++s) {
-        const Complex turn = root_of_unity(terms_[s].row * m, side_);
+        const Complex turn = root(terms_[s].row * m);
         const Index c = place_[s];
         for (Index e = 0; e < entries; ++e) {
             const double value = b[static_cast<Index>(s) * entries + e];
@@ -160,23 +85,19 @@ void InverseSpectrum::evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& va
             rows(2 * e + 1, c + distinct) += re;
         }
     }
-    values.noalias() = rows * waves_;
+    values.setZero();
+    add_product(rows, waves_, values);
     RowMajor& inverse = inverse_[static_cast<size_t>(m)];
-    sums.determinant.resize(2 * static_cast<size_t>(side_));
-    double* det = sums.determinant.data();
-    double* det_imaginary = det + side_;
-    if (planes_ <= 3) {
-        invert_small(planes_, values, inverse, det, det_imaginary);
-    } else {
-        invert_general(planes_, values, inverse, det, det_imaginary);
-    }
-    double logarithm = 0.0;
-    for (int n = 0; n < side_; ++n) {
-        logarithm += std::log(det[n] * det[n] + det_imaginary[n] * det_imaginary[n]);
-        sums.positive = sums.positive && det[n] > 0.0;
-    }
+    const auto lanes = static_cast<size_t>(side_);
+    sums.determinant.resize(3 * lanes);
+    double* const det = sums.determinant.data();
+    double* const squares = det + 2 * lanes;
+    invert_lanes(planes_, lanes, values.data(), inverse.data(), det);
+    std::fill_n(squares, lanes, 0.0);
+    add_squared_moduli(det, squares, lanes);
+    sums.positive = sums.positive && std::all_of(det, det + lanes, [](double value) { return value > 0.0; });
     const double weight = row_weight(m, side_);
-    sums.log_determinant += 0.5 * weight * logarithm;
+    sums.log_determinant += 0.5 * weight * sum_of_logarithms(squares, lanes);
     const Index own = 2 * Index{planes_};
     for (Index i = 0; i < planes_; ++i)
         sums.variance[i] += weight * inverse.middleRows(i * own, own).squaredNorm();
@@ -209,7 +130,7 @@ RowMajor InverseSpectrum::moments(Index fields, Offset box, const Fill& fill) co
     RowMajor table(side_, 2 * (Index{box.column} + 1));
     for (int c = 0; c <= box.column; ++c) {
         for (int n = 0; n < side_; ++n) {
-            const Complex turn = root_of_unity(c * n, side_);
+            const Complex turn = root(c * n);
             table(n, c) = turn.real();
             table(n, c + box.column + 1) = turn.imag();
         }
@@ -225,7 +146,8 @@ RowMajor InverseSpectrum::moments(Index fields, Offset box, const Fill& fill) co
         for (Index k = 0; k < rows; ++k) {
             const int m = first + static_cast<int>(k);
             fill(inverse_[static_cast<size_t>(m)], values);
-            sums.noalias() = values * table;
+            sums.setZero();
+            add_product(values, table, sums);
             for (int s2 = -box.column; s2 <= box.column; ++s2) {
                 const int cosine = s2 < 0 ? -s2 : s2, sine = cosine + box.column + 1;
                 const double sign = s2 < 0 ? -1.0 : 1.0;
@@ -238,12 +160,14 @@ RowMajor InverseSpectrum::moments(Index fields, Offset box, const Fill& fill) co
             }
             const double weight = row_weight(m, side_);
             for (int s1 = -box.row; s1 <= box.row; ++s1) {
-                const Complex turn = root_of_unity(m * s1, side_);
+                const Complex turn = root(m * s1);
                 turns(s1 + box.row, 2 * k) = weight * turn.real();
                 turns(s1 + box.row, 2 * k + 1) = -weight * turn.imag();
             }
         }
-        partial[static_cast<size_t>(block)].noalias() = turns * along;
+        RowMajor& own = partial[static_cast<size_t>(block)];
+        own.setZero(lag_rows, along.cols());
+        add_product(turns, along, own);
     });
     RowMajor total = RowMajor::Zero(lag_rows, lag_columns * fields);
     for (const RowMajor& sums : partial) total += sums;

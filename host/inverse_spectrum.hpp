@@ -5,6 +5,7 @@
 // section 10).
 
 #include <Eigen/Core>
+#include <complex>
 #include <functional>
 #include <vector>
 
@@ -41,22 +42,18 @@ class InverseSpectrum {
     struct Partial;
     void evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& values, Partial& sums);
 
+    /// e^{2πi k / side}
+    [[nodiscard]] std::complex<double> root(int k) const {
+        return roots_[static_cast<std::size_t>(((k % side_) + side_) % side_)];
+    }
+
     int planes_, side_;
+    std::vector<std::complex<double>> roots_;
     std::vector<Offset> terms_;
     std::vector<int> columns_;         ///< distinct s2
     std::vector<Eigen::Index> place_;  ///< of each term's s2 among them
     RowMajor waves_;                   ///< cos, then sin of s2 ω2, [distinct s2][n]
     std::vector<RowMajor> inverse_;    ///< per row m = 0 … side/2
 };
-
-/// c = a b of complex lanes.
-inline void multiply_lanes(const double* a, const double* a_imaginary, const double* b,
-                           const double* b_imaginary, double* c, double* c_imaginary, Eigen::Index count) {
-    for (Eigen::Index n = 0; n < count; ++n) {
-        const double re = a[n] * b[n] - a_imaginary[n] * b_imaginary[n];
-        c_imaginary[n] = a[n] * b_imaginary[n] + a_imaginary[n] * b[n];
-        c[n] = re;
-    }
-}
 
 }  // namespace btfield

@@ -12,6 +12,7 @@
 #include "host/likelihood.hpp"
 #include "host/mrf_least_squares.hpp"
 #include "host/mrf_likelihood.hpp"
+#include "host/parallel.hpp"
 #include "host/random_decrement.hpp"
 #include "host/sar_likelihood.hpp"
 
@@ -189,11 +190,9 @@ std::size_t offset_count(const Support& support, const FitOptions& options) {
     return static_cast<size_t>(options.correlated) + (family(options.model) == Family::ma ? 1 : 0);
 }
 
-FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& candidates,
-                      const std::function<void(std::string_view stage)>& lap) {
+FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& candidates) {
     // The candidates' box holds those of all choices among them: one pass.
     const LagCovariance& statistic = data.statistic(difference_box(candidates.offsets));
-    lap("lag covariances");
     FittedLevel fitted;
     Support support = candidates;
     if (options.correlated != 0) {
@@ -203,25 +202,27 @@ FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Supp
     }
     fitted.level.size = data.image().size();
     const int parts = is_2d(options.model) ? data.image().planes() : 1;
-    for (int p = 0; p < parts; ++p) {
+    struct Part {
+        Estimate estimate;
+        double likelihood = std::numeric_limits<double>::quiet_NaN();
+    };
+    std::vector<Part> fits(static_cast<size_t>(parts));
+    for_each_block(parts, [&](int p) {
         const LagCovariance own = parts > 1 ? plane_statistic(statistic, p) : LagCovariance{};
         const LagCovariance& seen = parts > 1 ? own : statistic;
-        Estimate part;
+        auto& [part, likelihood] = fits[static_cast<size_t>(p)];
         if (family(options.model) == Family::ma) {
             part = estimate_moving_average(parts > 1 ? plane_image(data.image(), p) : data.image(), seen,
                                            options, support);
         } else {
             part = estimate_part(data, seen, options, support);
         }
-        const double likelihood =
-            part.examination.certificate.valid
-                ? log_likelihood(
-                      part.model, seen, part.examination.log_determinant,
-                      [&]() -> const FoldedPeriodogram& { return data.periodogram(); }, p)
-                : std::numeric_limits<double>::quiet_NaN();
-        add_part(fitted, std::move(part), likelihood);
-    }
-    lap("fit");
+        if (!part.examination.certificate.valid) return;
+        likelihood = log_likelihood(
+            part.model, seen, part.examination.log_determinant,
+            [&]() -> const FoldedPeriodogram& { return data.periodogram(); }, p);
+    });
+    for (auto& [part, likelihood] : fits) add_part(fitted, std::move(part), likelihood);
     return fitted;
 }
 

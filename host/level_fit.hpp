@@ -35,8 +35,7 @@ struct Support {
 [[nodiscard]] std::size_t offset_count(const Support& support, const FitOptions& options);
 
 /// \param candidates support_of(options)
-/// \param lap        called with "lag covariances" and "fit" as these end
-[[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Support& candidates,
-                                    const std::function<void(std::string_view stage)>& lap);
+[[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options,
+                                    const Support& candidates);
 
 }  // namespace btfield

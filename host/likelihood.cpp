@@ -2,22 +2,24 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
+#include "btfield/error.hpp"
 #include "host/least_squares.hpp"
-#include "host/local_lambda.hpp"
+#include "host/mrf_lattice.hpp"
 #include "host/parallel.hpp"
+#include "host/spectral_density.hpp"
 #include "host/spectral_form.hpp"
 
 namespace btfield {
 namespace {
 
-using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using std::size_t;
 
@@ -41,36 +43,53 @@ double markov_quadratic(const LinearField& field, const LagCovariance& statistic
     return noise.solve(error).trace();
 }
 
+/// The planes of a row of cells that a model of `planes` planes is of.
+LaneMatrix cells_of(const LaneMatrix& row, int first_plane, int planes) {
+    LaneMatrix cells(planes, row.lanes());
+    for (int i = 0; i < planes; ++i) {
+        for (int j = 0; j < planes; ++j)
+            std::copy_n(row.real(first_plane + i, first_plane + j), 2 * row.lanes(), cells.real(i, j));
+    }
+    return cells;
+}
+
 /// mean_t tr(S_t⁻¹ I_t) over the cells of the periodogram.
 double periodogram_quadratic(const SpectralForm& form, const FoldedPeriodogram& periodogram,
                              int first_plane) {
     const int d = form.planes();
-    const LocalLambda<Eigen::Dynamic> lambda(form.lambda);
-    const MatrixXcd noise = noise_matrix(form.lambda).inverse().cast<std::complex<double>>();
     const bool pmrf = form.kind == SpectralForm::Kind::pmrf;
-    const MatrixXcd left = pmrf ? MatrixXcd(form.left.inverse().cast<std::complex<double>>()) : MatrixXcd();
-    const MatrixXcd right = pmrf ? MatrixXcd(form.right.inverse().cast<std::complex<double>>()) : MatrixXcd();
+    const MatrixXd noise = noise_matrix(form.lambda).inverse();
+    const MatrixXd left = pmrf ? MatrixXd(form.left.inverse()) : MatrixXd();
+    const MatrixXd right = pmrf ? MatrixXd(form.right.inverse()) : MatrixXd();
     const FrequencyGrid& grid = periodogram.grid;
-    std::vector<double> sums(grid.row.size());
-    for_each_block(static_cast<int>(grid.row.size()), [&](int block) {
-        const auto m = static_cast<size_t>(block);
-        MatrixXcd cell(d, d);
-        for (size_t n = 0; n < grid.column.size(); ++n) {
-            for (int i = 0; i < d; ++i) {
-                for (int j = 0; j < d; ++j) {
-                    cell(i, j) = {periodogram.rows[m].real(first_plane + i, first_plane + j)[n],
-                                  periodogram.rows[m].imaginary(first_plane + i, first_plane + j)[n]};
-                }
+    const RowBlocks blocks(static_cast<int>(grid.row.size()));
+    std::vector<double> sums(static_cast<size_t>(blocks.count));
+    for_each_block(blocks.count, [&](int block) {
+        SpectralRow row(form, grid.column);
+        const auto matrix = [&](const double* entries) {
+            LaneMatrix result(d, grid.column.size());
+            std::copy_n(entries, 2 * static_cast<size_t>(d) * static_cast<size_t>(d) * result.lanes(),
+                        result.real(0, 0));
+            return result;
+        };
+        for (int m = blocks.first(block); m < blocks.last(block); ++m) {
+            const auto place = static_cast<size_t>(m);
+            row.evaluate(grid.row[place]);
+            const LaneMatrix cells = cells_of(periodogram.rows[place], first_plane, d);
+            const LaneMatrix inverse = matrix(row.inverse(0));
+            LaneMatrix precision;  // Λ R⁻¹ Λ⁻¹ L⁻¹ Λ, or Λ⁻ᴴ Σ⁻¹ Λ⁻¹
+            if (pmrf) {
+                const LaneMatrix lambda = matrix(row.lambda(0));
+                precision = product(product(lambda, product(right, inverse)), product(left, lambda));
+            } else {
+                precision = product(adjoint(inverse), product(noise, inverse));
             }
-            const MatrixXcd value = lambda.at(grid.row[m], grid.column[n]);
-            const MatrixXcd inverse = value.inverse();
-            const MatrixXcd precision = pmrf ? MatrixXcd(value * right * inverse * left * value)
-                                             : MatrixXcd(inverse.adjoint() * noise * inverse);
-            sums[m] += grid.row_weight[m] * grid.column_weight[n] * (precision * cell).trace().real();
+            sums[static_cast<size_t>(block)] +=
+                grid.row_weight[place] * mean_trace(precision, cells, grid.column_weight);
         }
     });
     double sum = 0.0;
-    for (const double row : sums) sum += row;
+    for (const double part : sums) sum += part;
     return sum;
 }
 
@@ -107,6 +126,16 @@ double log_likelihood(const Model& model, const LagCovariance& statistic, double
                                   filters * mean_log_determinant + quadratic);
     return std::isfinite(result) && noise.info() == Eigen::Success ? result
                                                                    : std::numeric_limits<double>::quiet_NaN();
+}
+
+void check_dense_hessian(const std::string& asked, size_t unknowns, const char* instead) {
+    constexpr size_t most = 6000;  // 0.3 GB of second derivatives
+    if (unknowns <= most) return;
+    throw InputError(asked,
+                     std::to_string(unknowns) +
+                         " unknowns of a level have too many second derivatives (at most " +
+                         std::to_string(most) + " unknowns)",
+                     instead);
 }
 
 }  // namespace btfield

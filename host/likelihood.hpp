@@ -2,7 +2,9 @@
 
 // The Gaussian likelihood of a level under its model, from what is known of the level.
 
+#include <cstddef>
 #include <functional>
+#include <string>
 
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
@@ -20,5 +22,11 @@ namespace btfield {
                                     double mean_log_determinant,
                                     const std::function<const FoldedPeriodogram&()>& periodogram,
                                     int first_plane);
+
+/// Newton's method on so many unknowns takes gigabytes and hours.
+/// \param asked   what the user wants
+/// \param instead what there is to do
+/// \throws InputError beyond what a dense Hessian can have
+void check_dense_hessian(const std::string& asked, std::size_t unknowns, const char* instead);
 
 }  // namespace btfield

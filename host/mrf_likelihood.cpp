@@ -10,9 +10,8 @@
 
 #include "btfield/error.hpp"
 #include "host/least_squares.hpp"
-#include "host/mrf_lattice.hpp"
+#include "host/mrf_sweep.hpp"
 #include "host/mrf_unknowns.hpp"
-#include "host/parallel.hpp"
 #include "host/positive_everywhere.hpp"
 
 namespace btfield {
@@ -154,55 +153,22 @@ class Problem {
             lower_triangle(s, rows);
             lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
         });
-        const RowMajor total = sum_of(sums);
-        MatrixXd c(planes_, planes_);
-        for (int i = 0; i < planes_; ++i) {
-            for (int j = 0; j <= i; ++j) {
-                c(i, j) = lattice.lags.at(total, Index{i} * (i + 1) / 2 + j, {});
-                c(j, i) = c(i, j);
-            }
-        }
-        return c;
+        return mean_of(lattice.lags, sum_of(sums), planes_);
     }
 
   private:
     [[nodiscard]] Index triangle() const { return Index{planes_} * (planes_ + 1) / 2; }
     static std::vector<RowMajor> blocks_of(const Lattice& lattice, const LagTransform& transform,
                                            Index functions) {
-        return {static_cast<size_t>(RowBlocks(lattice.rows()).count), transform.zero(functions)};
+        return sums_of_blocks(lattice.rows(), transform, functions);
     }
     /// Calls visit(block, m, Q⁻¹ or rubbish) for every row m. \return mean ln det Q, nothing when indefinite
     template <class Visit>
-    std::optional<double> sweep(const HermitianPolynomial& q, const Lattice& lattice, bool invert,
-                                const Visit& visit) const {
-        const RowBlocks blocks(lattice.rows());
-        std::vector<double> sums(static_cast<size_t>(blocks.count));
-        std::vector<char> positive(static_cast<size_t>(blocks.count), 1);
-        for_each_block(blocks.count, [&](int block) {
-            LaneMatrix matrix(planes_, lattice.columns());
-            std::vector<double> logarithms(lattice.columns());
-            for (int row = blocks.first(block); row < blocks.last(block); ++row) {
-                const auto m = static_cast<size_t>(row);
-                evaluate(q, lattice.grid.row[m], lattice.waves, matrix);
-                std::fill(logarithms.begin(), logarithms.end(), 0.0);
-                if (!(invert ? invert_positive(matrix, logarithms.data())
-                             : factorise_positive(matrix, logarithms.data()))) {
-                    positive[static_cast<size_t>(block)] = 0;
-                    return;
-                }
-                double sum = 0.0;
-                for (size_t n = 0; n < logarithms.size(); ++n)
-                    sum += lattice.grid.column_weight[n] * logarithms[n];
-                sums[static_cast<size_t>(block)] += lattice.grid.row_weight[m] * sum;
-                visit(block, m, matrix);
-            }
-        });
-        double mean = 0.0;
-        for (size_t k = 0; k < sums.size(); ++k) {
-            if (positive[k] == 0) return std::nullopt;
-            mean += sums[k];
-        }
-        return mean;
+    static std::optional<double> sweep(const HermitianPolynomial& q, const Lattice& lattice, bool invert,
+                                       const Visit& visit) {
+        return sweep_rows(
+            q, lattice.grid, lattice.waves, invert ? Sweep::inverse : Sweep::logarithm,
+            [&](int block, size_t m, const LaneMatrix& s, const LaneMatrix&) { visit(block, m, s); });
     }
     HalfSupport support_;
     std::vector<MrfUnknown> unknowns_;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "btfield/error.hpp"
+#include "host/lane_inverse.hpp"
 #include "host/parallel.hpp"
 
 namespace btfield {
@@ -181,16 +182,8 @@ void PairTable::add_products(const LaneMatrix& x, const LaneMatrix& y, double sc
     const size_t lanes = x.lanes();
     for (size_t p = 0; p < pairs_.size(); ++p) {
         const auto [a, b, c, d] = pairs_[p];
-        const double* ar = x.real(a, b);
-        const double* ai = x.imaginary(a, b);
-        const double* br = y.real(c, d);
-        const double* bi = y.imaginary(c, d);
-        double* re = rows.row(2 * static_cast<Index>(p)).data();
-        double* im = rows.row(2 * static_cast<Index>(p) + 1).data();
-        for (size_t n = 0; n < lanes; ++n) {
-            re[n] += scale * (ar[n] * br[n] - ai[n] * bi[n]);
-            im[n] += scale * (ar[n] * bi[n] + ai[n] * br[n]);
-        }
+        add_lane_product(x.real(a, b), y.real(c, d), rows.row(2 * static_cast<Index>(p)).data(), lanes,
+                         scale);
     }
 }
 

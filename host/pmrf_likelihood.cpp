@@ -8,11 +8,12 @@
 
 #include "btfield/error.hpp"
 #include "host/folded_periodogram.hpp"
+#include "host/lane_inverse.hpp"
 #include "host/least_squares.hpp"
-#include "host/mrf_lattice.hpp"
+#include "host/likelihood.hpp"
 #include "host/mrf_likelihood.hpp"
+#include "host/mrf_sweep.hpp"
 #include "host/mrf_unknowns.hpp"
-#include "host/parallel.hpp"
 #include "host/positive_everywhere.hpp"
 
 namespace btfield {
@@ -29,31 +30,6 @@ constexpr int most_steps = 60;
 // Of the data's, in a model that is kept.
 constexpr double most_variance = 1.05;
 
-/// a b, a the same for every lane.
-LaneMatrix product(const MatrixXd& a, const LaneMatrix& b) {
-    const int d = b.planes();
-    LaneMatrix c(d, b.lanes());
-    for (int i = 0; i < d; ++i) {
-        for (int k = 0; k < d; ++k) {
-            if (a(i, k) == 0.0) continue;
-            for (int j = 0; j < d; ++j) {
-                const double* const from = b.real(k, j);
-                double* const to = c.real(i, j);
-                // Real and imaginary parts follow each other.
-                for (size_t n = 0; n < 2 * b.lanes(); ++n) to[n] += a(i, k) * from[n];
-            }
-        }
-    }
-    return c;
-}
-
-void add(LaneMatrix& a, const LaneMatrix& b, double scale) {
-    const auto d = static_cast<size_t>(a.planes());
-    double* const to = a.real(0, 0);
-    const double* const from = b.real(0, 0);
-    for (size_t n = 0; n < 2 * d * d * a.lanes(); ++n) to[n] += scale * from[n];
-}
-
 /// a + aᴴ
 LaneMatrix twice_hermitian_part(const LaneMatrix& a) {
     LaneMatrix result = adjoint(a);
@@ -65,18 +41,8 @@ LaneMatrix twice_hermitian_part(const LaneMatrix& a) {
 void add_outer(const LaneMatrix& a, int k, const LaneMatrix& b, int l, double scale, LaneMatrix& result) {
     const int d = a.planes();
     for (int i = 0; i < d; ++i) {
-        const double* const ar = a.real(i, k);
-        const double* const ai = a.imaginary(i, k);
-        for (int j = 0; j < d; ++j) {
-            const double* const br = b.real(l, j);
-            const double* const bi = b.imaginary(l, j);
-            double* const re = result.real(i, j);
-            double* const im = result.imaginary(i, j);
-            for (size_t n = 0; n < a.lanes(); ++n) {
-                re[n] += scale * (ar[n] * br[n] - ai[n] * bi[n]);
-                im[n] += scale * (ar[n] * bi[n] + ai[n] * br[n]);
-            }
-        }
+        for (int j = 0; j < d; ++j)
+            add_lane_product(a.real(i, k), b.real(l, j), result.real(i, j), a.lanes(), scale);
     }
 }
 
@@ -126,36 +92,23 @@ class Whittle {
         if (factor.info() != Eigen::Success) return std::nullopt;
         const RowBlocks blocks(cell_rows());
         std::vector<double> sums(static_cast<size_t>(blocks.count));
-        const bool positive =
-            sweep(p.lambda, cells_, waves_, true,
-                  [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda, double) {
-                      const LaneMatrix x = product(p.root, lambda);
-                      const LaneMatrix wi = btfield::product(btfield::product(inverse, x), periodogram_[m]);
-                      double sum = 0.0;  // Re tr(Xᴴ W I), X = B Λ
-                      for (int i = 0; i < planes_; ++i) {
-                          for (int j = 0; j < planes_; ++j) {
-                              const double* const ar = x.real(i, j);
-                              const double* const ai = x.imaginary(i, j);
-                              const double* const br = wi.real(i, j);
-                              const double* const bi = wi.imaginary(i, j);
-                              for (size_t n = 0; n < x.lanes(); ++n)
-                                  sum += cells_.column_weight[n] * (ar[n] * br[n] + ai[n] * bi[n]);
-                          }
-                      }
-                      sums[static_cast<size_t>(block)] += cells_.row_weight[m] * sum;
-                  });
+        const std::optional<double> positive = sweep_rows(
+            p.lambda, cells_, waves_, Sweep::everything,
+            [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda) {
+                const LaneMatrix x = product(p.root, lambda);
+                const LaneMatrix wi = btfield::product(btfield::product(inverse, x), periodogram_[m]);
+                const double sum = mean_trace(adjoint(x), wi, cells_.column_weight);  // X = B Λ
+                sums[static_cast<size_t>(block)] += cells_.row_weight[m] * sum;
+            });
         if (!positive) return std::nullopt;
-        const RowBlocks others(lattice.rows());
-        std::vector<double> logarithms(static_cast<size_t>(others.count));
-        const bool everywhere = sweep(p.lambda, lattice.grid, lattice.waves, false,
-                                      [&](int block, size_t, const LaneMatrix&, const LaneMatrix&,
-                                          double mean) { logarithms[static_cast<size_t>(block)] += mean; });
-        if (!everywhere) return std::nullopt;
+        const std::optional<double> logarithm =
+            sweep_rows(p.lambda, lattice.grid, lattice.waves, Sweep::logarithm,
+                       [](int, size_t, const LaneMatrix&, const LaneMatrix&) {});
+        if (!logarithm) return std::nullopt;
         const MatrixXd lower = factor.matrixL();
         double f = -4.0 * lower.diagonal().array().log().sum();
         for (const double sum : sums) f += sum;
-        for (const double sum : logarithms) f -= sum;
-        return f;
+        return f - *logarithm;
     }
 
     struct Derivatives {
@@ -172,65 +125,65 @@ class Whittle {
         std::vector<RowMajor> root_first(parts, lags_.zero(triangle));
         std::vector<RowMajor> second(parts, twice_.zero(count)), root_second(parts, twice_.zero(count));
         const MatrixXd& b = p.root;
-        sweep(p.lambda, cells_, waves_, true,
-              [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda, double) {
-                  const auto place = static_cast<size_t>(block);
-                  const LaneMatrix& data = periodogram_[m];
-                  const LaneMatrix bl = product(b, l), lb = adjoint(bl),
-                                   blb = btfield::product(bl, constant(b));
-                  const LaneMatrix w = btfield::product(lb, lambda);
-                  const LaneMatrix wi = btfield::product(w, data), iw = adjoint(wi);
-                  const LaneMatrix wiw = btfield::product(wi, adjoint(w));
-                  const LaneMatrix il = btfield::product(data, lambda), lil = btfield::product(lambda, il);
-                  const LaneMatrix wil = btfield::product(wi, lambda);
+        sweep_rows(
+            p.lambda, cells_, waves_, Sweep::everything,
+            [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda) {
+                const auto place = static_cast<size_t>(block);
+                const LaneMatrix& data = periodogram_[m];
+                const LaneMatrix bl = product(b, l), lb = adjoint(bl),
+                                 blb = btfield::product(bl, constant(b));
+                const LaneMatrix w = btfield::product(lb, lambda);
+                const LaneMatrix wi = btfield::product(w, data), iw = adjoint(wi);
+                const LaneMatrix wiw = btfield::product(wi, adjoint(w));
+                const LaneMatrix il = btfield::product(data, lambda), lil = btfield::product(lambda, il);
+                const LaneMatrix wil = btfield::product(wi, lambda);
 
-                  RowMajor rows((1 + roots()) * 2 * triangle, static_cast<Index>(cells_.column.size())), part;
-                  LaneMatrix k = twice_hermitian_part(product(b, wi));
-                  add(k, wiw, -1.0);
-                  lower_triangle(k, part);
-                  rows.topRows(2 * triangle) = part;
-                  for (Index r = 0; r < roots(); ++r) {
-                      LaneMatrix z(planes_, data.lanes());
-                      const int i = root(r).i, j = root(r).j;
-                      for (int turn = 0; turn < (i == j ? 1 : 2); ++turn) {
-                          const int from = turn == 0 ? i : j, to = turn == 0 ? j : i;  // F = e_from e_toᵀ
-                          add_row(wi, to, from, z);
-                          add_outer(wil, from, l, to, -1.0, z);
-                          add_outer(il, from, lb, to, 1.0, z);
-                      }
-                      lower_triangle(twice_hermitian_part(z), part);
-                      rows.middleRows(2 * triangle * (1 + r), 2 * triangle) = part;
-                  }
-                  lags_.add(m, rows, first[place]);
-                  lower_triangle(twice_hermitian_part(wil), part);
-                  lags_.add(m, part, root_first[place]);
+                RowMajor rows((1 + roots()) * 2 * triangle, static_cast<Index>(cells_.column.size())), part;
+                LaneMatrix k = twice_hermitian_part(product(b, wi));
+                add(k, wiw, -1.0);
+                lower_triangle(k, part);
+                rows.topRows(2 * triangle) = part;
+                for (Index r = 0; r < roots(); ++r) {
+                    LaneMatrix z(planes_, data.lanes());
+                    const int i = root(r).i, j = root(r).j;
+                    for (int turn = 0; turn < (i == j ? 1 : 2); ++turn) {
+                        const int from = turn == 0 ? i : j, to = turn == 0 ? j : i;  // F = e_from e_toᵀ
+                        add_row(wi, to, from, z);
+                        add_outer(wil, from, l, to, -1.0, z);
+                        add_outer(il, from, lb, to, 1.0, z);
+                    }
+                    lower_triangle(twice_hermitian_part(z), part);
+                    rows.middleRows(2 * triangle * (1 + r), 2 * triangle) = part;
+                }
+                lags_.add(m, rows, first[place]);
+                lower_triangle(twice_hermitian_part(wil), part);
+                lags_.add(m, part, root_first[place]);
 
-                  RowMajor products = RowMajor::Zero(2 * count, static_cast<Index>(cells_.column.size()));
-                  const auto both = [&](const LaneMatrix& x, const LaneMatrix& y, double scale) {
-                      pairs_.add_products(x, y, scale, products);
-                      pairs_.add_products(y, x, scale, products);
-                  };
-                  both(blb, data, 1.0);
-                  both(bl, wi, -1.0);
-                  both(lb, iw, -1.0);
-                  both(l, wiw, 1.0);
-                  twice_.add(m, products, second[place]);
-                  products.setZero();
-                  both(l, lil, 1.0);
-                  twice_.add(m, products, root_second[place]);
-              });
-        const RowBlocks others(lattice.rows());
-        std::vector<RowMajor> barrier(static_cast<size_t>(others.count), lattice.lags.zero(triangle));
-        std::vector<RowMajor> barrier_second(static_cast<size_t>(others.count), lattice.twice.zero(count));
-        sweep(p.lambda, lattice.grid, lattice.waves, true,
-              [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix&, double) {
-                  RowMajor rows;
-                  lower_triangle(l, rows);
-                  lattice.lags.add(m, rows, barrier[static_cast<size_t>(block)]);
-                  rows.setZero(2 * count, static_cast<Index>(lattice.columns()));
-                  pairs_.add_products(l, l, 1.0, rows);
-                  lattice.twice.add(m, rows, barrier_second[static_cast<size_t>(block)]);
-              });
+                RowMajor products = RowMajor::Zero(2 * count, static_cast<Index>(cells_.column.size()));
+                const auto both = [&](const LaneMatrix& x, const LaneMatrix& y, double scale) {
+                    pairs_.add_products(x, y, scale, products);
+                    pairs_.add_products(y, x, scale, products);
+                };
+                both(blb, data, 1.0);
+                both(bl, wi, -1.0);
+                both(lb, iw, -1.0);
+                both(l, wiw, 1.0);
+                twice_.add(m, products, second[place]);
+                products.setZero();
+                both(l, lil, 1.0);
+                twice_.add(m, products, root_second[place]);
+            });
+        std::vector<RowMajor> barrier = sums_of_blocks(lattice.rows(), lattice.lags, triangle);
+        std::vector<RowMajor> barrier_second = sums_of_blocks(lattice.rows(), lattice.twice, count);
+        sweep_rows(p.lambda, lattice.grid, lattice.waves, Sweep::inverse,
+                   [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix&) {
+                       RowMajor rows;
+                       lower_triangle(l, rows);
+                       lattice.lags.add(m, rows, barrier[static_cast<size_t>(block)]);
+                       rows.setZero(2 * count, static_cast<Index>(lattice.columns()));
+                       pairs_.add_products(l, l, 1.0, rows);
+                       lattice.twice.add(m, rows, barrier_second[static_cast<size_t>(block)]);
+                   });
 
         const RowMajor moments = sum_of(first);
         const Index width = triangle * lags_.columns();
@@ -259,24 +212,15 @@ class Whittle {
     [[nodiscard]] MatrixXd covariance(const Point& p, const Lattice& lattice) const {
         const Index triangle = Index{planes_} * (planes_ + 1) / 2;
         const MatrixXd noise_root = p.root.inverse();
-        std::vector<RowMajor> sums(static_cast<size_t>(RowBlocks(lattice.rows()).count),
-                                   lattice.lags.zero(triangle));
-        sweep(p.lambda, lattice.grid, lattice.waves, true,
-              [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda, double) {
-                  const LaneMatrix left = adjoint(product(noise_root, l));
-                  RowMajor rows;
-                  lower_triangle(btfield::product(btfield::product(left, lambda), adjoint(left)), rows);
-                  lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
-              });
-        const RowMajor total = sum_of(sums);
-        MatrixXd c(planes_, planes_);
-        for (int i = 0; i < planes_; ++i) {
-            for (int j = 0; j <= i; ++j) {
-                c(i, j) = lattice.lags.at(total, Index{i} * (i + 1) / 2 + j, {});
-                c(j, i) = c(i, j);
-            }
-        }
-        return c;
+        std::vector<RowMajor> sums = sums_of_blocks(lattice.rows(), lattice.lags, triangle);
+        sweep_rows(p.lambda, lattice.grid, lattice.waves, Sweep::everything,
+                   [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda) {
+                       const LaneMatrix left = adjoint(product(noise_root, l));
+                       RowMajor rows;
+                       lower_triangle(btfield::product(btfield::product(left, lambda), adjoint(left)), rows);
+                       lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+                   });
+        return mean_of(lattice.lags, sum_of(sums), planes_);
     }
 
   private:
@@ -302,38 +246,6 @@ class Whittle {
             for (size_t n = 0; n < 2 * a.lanes(); ++n) goal[n] += source[n];
         }
     }
-    /// Calls visit(block, m, Λ⁻¹ or rubbish, Λ, the row's share of mean ln det Λ); false where Λ is not
-    /// positive definite.
-    template <class Visit>
-    bool sweep(const HermitianPolynomial& lambda, const FrequencyGrid& grid, const Waves& waves, bool invert,
-               const Visit& visit) const {
-        const RowBlocks blocks(static_cast<int>(grid.row.size()));
-        std::vector<char> positive(static_cast<size_t>(blocks.count), 1);
-        for_each_block(blocks.count, [&](int block) {
-            LaneMatrix matrix(planes_, grid.column.size());
-            std::vector<double> logarithms(grid.column.size());
-            for (int row = blocks.first(block); row < blocks.last(block); ++row) {
-                const auto m = static_cast<size_t>(row);
-                evaluate(lambda, grid.row[m], waves, matrix);
-                LaneMatrix before;
-                if (invert) {
-                    before = matrix;
-                    before.complete_hermitian();
-                }
-                std::fill(logarithms.begin(), logarithms.end(), 0.0);
-                if (!(invert ? invert_positive(matrix, logarithms.data())
-                             : factorise_positive(matrix, logarithms.data()))) {
-                    positive[static_cast<size_t>(block)] = 0;
-                    return;
-                }
-                double sum = 0.0;
-                for (size_t n = 0; n < logarithms.size(); ++n) sum += grid.column_weight[n] * logarithms[n];
-                visit(block, m, matrix, before, grid.row_weight[m] * sum);
-            }
-        });
-        return std::find(positive.begin(), positive.end(), 0) == positive.end();
-    }
-
     int planes_;
     std::vector<MrfUnknown> unknowns_, roots_;
     PairTable pairs_;
@@ -446,6 +358,9 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
                          "compute both from the same picture");
     }
     const bool full = noise == NoiseForm::full;
+    const auto side = static_cast<size_t>(d);
+    check_dense_hessian(asked, support.offsets.size() * side * side + side,
+                        "use least squares (--estimator ls), a 2d-pmrf or 3d-mmrf model, or a lower order");
     const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
     const MatrixXd c0 = lag_zero(statistic);
     MatrixXd turn = MatrixXd::Identity(d, d);

@@ -325,7 +325,7 @@ class Fit {
         result.end = std::move(end);
         return result;
     }
-    static constexpr double first_tolerance = 1e-3, middle_tolerance = 1e-7, last_tolerance = 1e-15;
+    static constexpr double first_tolerance = 1e-3, middle_tolerance = 1e-9, last_tolerance = 1e-15;
 
     const LagCovariance& statistic_;
     const LikelihoodOptions& options_;
@@ -351,6 +351,14 @@ void check_sets(const SarModel& shape, NoiseForm noise) {
     }
 }
 
+size_t count_unknowns(const SarModel& shape, NoiseForm noise) {
+    const auto d = static_cast<size_t>(shape.planes);
+    const auto coefficients =
+        shape.active.empty() ? shape.coefficients.size()
+                             : static_cast<size_t>(std::count(shape.active.begin(), shape.active.end(), 1));
+    return coefficients + (noise == NoiseForm::full ? d * (d + 1) / 2 : d);
+}
+
 }  // namespace
 
 SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
@@ -360,6 +368,10 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, Neighbourhoo
     // It also says what is wrong with the request.
     const SarModel least_squares = fit_sar(statistic, kind, offsets, active, noise);
     check_sets(least_squares, noise);
+    check_dense_hessian(
+        "maximum-likelihood fit of an MSAR model of " + std::to_string(statistic.planes()) + " planes",
+        count_unknowns(least_squares, noise),
+        "use least squares (--estimator ls), a 2d-msar model, or a lower order");
     Fit fit(statistic, least_squares, noise, options);
     constexpr SarObjective::Guard usual{1.0, 2.0}, tight{1.0, 1.0}, strong{10.0, 1.0};
     const VectorXd grown = fit.grow(32, usual, 1e-2);

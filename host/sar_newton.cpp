@@ -1,9 +1,10 @@
 #include "host/sar_newton.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <utility>
+
+#include "host/dense.hpp"
 
 namespace btfield {
 namespace {
@@ -15,7 +16,7 @@ using Eigen::VectorXd;
 class Inverse {
   public:
     explicit Inverse(const MatrixXd& hessian) : factor_(hessian) {
-        if (factor_.info() == Eigen::Success) return;
+        if (factor_.positive()) return;
         const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
         vectors_ = solver.eigenvectors();
         values_ = solver.eigenvalues().cwiseAbs().cwiseMax(1e-6);
@@ -27,13 +28,14 @@ class Inverse {
     }
 
   private:
-    Eigen::LLT<MatrixXd> factor_;
+    Cholesky factor_;
     MatrixXd vectors_;
     VectorXd values_;
 };
 
 /// a of the path x + t v + t² a that follows a curved valley: −½ H⁻¹ ∇³f[v, v] (Transtrum and Sethna's
-/// geodesic acceleration), from the gradient a small way along v.
+/// geodesic acceleration), from the gradient a small way along v. Its part along v, in the metric of H, only
+/// changes the pace: it is left out, for it is the largest by far where the valley is flat.
 VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::Derivatives& at,
               const Inverse& inverse, const VectorXd& step) {
     constexpr double way = 0.1;
@@ -43,9 +45,11 @@ VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::De
     const VectorXd linear = hessian * step;
     const VectorXd third = (objective.gradient() - at.gradient - way * linear) / (way * way);
     VectorXd result = -inverse.apply(third);
+    const double limit = step.dot(linear);
+    result -= result.dot(linear) / limit * step;
     // Longer than the step itself it tells nothing.
     const VectorXd along = hessian * result;
-    const double length = result.dot(along), limit = step.dot(linear);
+    const double length = result.dot(along);
     if (!(length <= limit)) result *= std::sqrt(limit / length);
     if (!result.allFinite()) result.setZero();
     return result;
@@ -81,6 +85,19 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
                 (void)objective.value(result.x);
                 return result;
             }
+        }
+        // On, as far as f falls, where it fell by more than its derivatives promise.
+        for (bool further = length == 1.0 && result.value - value > -0.75 * slope; further;) {
+            const VectorXd there = result.x + 2.0 * length * step + (4.0 * length * length) * curve;
+            const double lower = objective.value(there);
+            further = lower < value;
+            if (!further) {
+                (void)objective.value(next);
+                break;
+            }
+            length *= 2.0;
+            value = lower;
+            next = there;
         }
         result.x = std::move(next);
         result.value = value;

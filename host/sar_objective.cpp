@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "host/lane_inverse.hpp"
+
 namespace btfield {
 namespace {
 
@@ -28,19 +30,12 @@ void fill_density(const RowMajor& inverse, Index d, RowMajor& fields, Index firs
     const Index count = inverse.cols();
     for (Index j = 0; j < d; ++j) {
         for (Index l = 0; l < d; ++l) {
-            double* real = fields.row(2 * (first + j * d + l)).data();
-            double* imaginary = fields.row(2 * (first + j * d + l) + 1).data();
-            std::fill_n(real, count, 0.0);
-            std::fill_n(imaginary, count, 0.0);
+            double* const density = fields.row(2 * (first + j * d + l)).data();
+            std::fill_n(density, 2 * count, 0.0);
             for (Index k = 0; k < d; ++k) {
-                const double* ar = inverse.row(2 * (j * d + k)).data();
-                const double* ai = inverse.row(2 * (j * d + k) + 1).data();
-                const double* br = inverse.row(2 * (l * d + k)).data();
-                const double* bi = inverse.row(2 * (l * d + k) + 1).data();
-                for (Index n = 0; n < count; ++n) {
-                    real[n] += ar[n] * br[n] + ai[n] * bi[n];
-                    imaginary[n] += ai[n] * br[n] - ar[n] * bi[n];
-                }
+                add_lane_conjugate_product(inverse.row(2 * (j * d + k)).data(),
+                                           inverse.row(2 * (l * d + k)).data(), density,
+                                           static_cast<size_t>(count));
             }
         }
     }
@@ -48,9 +43,8 @@ void fill_density(const RowMajor& inverse, Index d, RowMajor& fields, Index firs
 
 void multiply_fields(const RowMajor& a, Index field_a, const RowMajor& b, Index field_b, RowMajor& c,
                      Index field_c) {
-    multiply_lanes(a.row(2 * field_a).data(), a.row(2 * field_a + 1).data(), b.row(2 * field_b).data(),
-                   b.row(2 * field_b + 1).data(), c.row(2 * field_c).data(), c.row(2 * field_c + 1).data(),
-                   a.cols());
+    set_lane_product(a.row(2 * field_a).data(), b.row(2 * field_b).data(), c.row(2 * field_c).data(),
+                     static_cast<size_t>(a.cols()));
 }
 
 }  // namespace

@@ -1,13 +1,14 @@
 #include "host/spectral_density.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "btfield/error.hpp"
+#include "host/dense.hpp"
+#include "host/lane_inverse.hpp"
 #include "host/parallel.hpp"
 
 namespace btfield {
@@ -22,21 +23,6 @@ Complex root_of_unity(long long k, long long n) {
     k = ((k % n) + n) % n;
     const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n);
     return {std::cos(angle), std::sin(angle)};
-}
-
-/// out = a b − c e, complex, along n.
-struct Factor {
-    const double* real;
-    const double* imaginary;
-};
-
-void subtract_products(Factor a, Factor b, Factor c, Factor e, double* real, double* imaginary, int count) {
-    for (int n = 0; n < count; ++n) {
-        real[n] = a.real[n] * b.real[n] - a.imaginary[n] * b.imaginary[n] -
-                  (c.real[n] * e.real[n] - c.imaginary[n] * e.imaginary[n]);
-        imaginary[n] = a.real[n] * b.imaginary[n] + a.imaginary[n] * b.real[n] -
-                       (c.real[n] * e.imaginary[n] + c.imaginary[n] * e.real[n]);
-    }
 }
 
 /// Rows m = 0 … rows/2 stand for all: S(−ω) = conj S(ω).
@@ -56,27 +42,17 @@ struct RowBlocks {
 
 }  // namespace
 
-SpectralRow::SpectralRow(const SpectralForm& form, int columns)
+SpectralLanes::SpectralLanes(const SpectralForm& form, int lanes)
     : kind_(form.kind),
       planes_(form.planes()),
-      columns_(columns),
-      offsets_(form.lambda.offsets),
-      coefficients_(form.lambda.coefficients),
+      lanes_(lanes),
       left_(form.left),
       right_(form.right),
-      lambda_(planes_ * planes_, columns),
-      determinant_(1, columns),
-      inverse_(planes_ * planes_, columns) {
-    for (const Offset s : offsets_) column_offsets_.push_back(s.column);
-    std::sort(column_offsets_.begin(), column_offsets_.end());
-    column_offsets_.erase(std::unique(column_offsets_.begin(), column_offsets_.end()), column_offsets_.end());
-    for (const int s : column_offsets_) {
-        for (int n = 0; n < columns; ++n) {
-            const Complex turn = root_of_unity(static_cast<long long>(s) * n, columns);
-            cosine_.push_back(turn.real());
-            sine_.push_back(turn.imag());
-        }
-    }
+      lambda_(planes_ * planes_, lanes),
+      determinant_(1, lanes),
+      inverse_(planes_ * planes_, lanes),
+      squares_(static_cast<size_t>(lanes)),
+      inverse_squares_(static_cast<size_t>(lanes)) {
     const Eigen::MatrixXd noise = noise_matrix(form.lambda);
     switch (kind_) {
         case SpectralForm::Kind::autoregressive:
@@ -92,241 +68,141 @@ SpectralRow::SpectralRow(const SpectralForm& form, int columns)
     }
 }
 
-void SpectralRow::evaluate(double row_frequency) {
-    const int entries = planes_ * planes_;
-    const auto distinct = column_offsets_.size();
-    // B_c = Σ over offsets with s2 = c of A_s e^{iω1 s1}: what is left is a sum over few distinct s2.
-    std::vector<Complex> sums(distinct * static_cast<size_t>(entries));
-    for (size_t s = 0; s < offsets_.size(); ++s) {
-        const auto found =
-            std::lower_bound(column_offsets_.begin(), column_offsets_.end(), offsets_[s].column);
-        const auto c = static_cast<size_t>(found - column_offsets_.begin());
-        const Complex turn = std::polar(1.0, row_frequency * offsets_[s].row);
-        for (size_t e = 0; e < static_cast<size_t>(entries); ++e) {
-            sums[c * static_cast<size_t>(entries) + e] +=
-                turn * coefficients_[s * static_cast<size_t>(entries) + e];
-        }
-    }
-    for (int e = 0; e < entries; ++e) {
-        double* real = lambda_.real(e);
-        double* imaginary = lambda_.imaginary(e);
-        std::fill_n(real, columns_, e % (planes_ + 1) == 0 ? 1.0 : 0.0);
-        std::fill_n(imaginary, columns_, 0.0);
-        for (size_t c = 0; c < distinct; ++c) {
-            const Complex b = sums[c * static_cast<size_t>(entries) + static_cast<size_t>(e)];
-            const double re = b.real(), im = b.imag();
-            const double* cosine = cosine_.data() + c * static_cast<size_t>(columns_);
-            const double* sine = sine_.data() + c * static_cast<size_t>(columns_);
-            for (int n = 0; n < columns_; ++n) {
-                real[n] -= re * cosine[n] - im * sine[n];
-                imaginary[n] -= re * sine[n] + im * cosine[n];
-            }
-        }
-    }
-    if (planes_ <= 3) {
-        invert_small();
-    } else {
-        invert_general();
-    }
+void SpectralLanes::invert() {
+    const auto lanes = static_cast<size_t>(lanes_);
+    invert_lanes(planes_, lanes, lambda_.at(0), inverse_.at(0), determinant_.at(0));
+    std::fill(squares_.begin(), squares_.end(), 0.0);
+    add_squared_moduli(determinant_.at(0), squares_.data(), lanes);
+    std::fill(inverse_squares_.begin(), inverse_squares_.end(), 0.0);
+    for (int e = 0; e < planes_ * planes_; ++e)
+        add_squared_moduli(inverse_.at(e), inverse_squares_.data(), lanes);
 }
 
-void SpectralRow::invert_small() {
+void SpectralLanes::times_real(const Values& a, const Eigen::MatrixXd& m, Values& out) const {
     const int d = planes_;
-    const auto entry = [&](int i, int j) {
-        return Factor{lambda_.real(i * d + j), lambda_.imaginary(i * d + j)};
-    };
-    // Adjugate first.
-    if (d == 1) {
-        std::fill_n(inverse_.real(0), columns_, 1.0);
-        std::fill_n(inverse_.imaginary(0), columns_, 0.0);
-    } else if (d == 2) {
-        const auto copy = [&](int from, int to, double sign) {
-            for (int n = 0; n < columns_; ++n) {
-                inverse_.real(to)[n] = sign * lambda_.real(from)[n];
-                inverse_.imaginary(to)[n] = sign * lambda_.imaginary(from)[n];
-            }
-        };
-        copy(3, 0, 1.0);
-        copy(1, 1, -1.0);
-        copy(2, 2, -1.0);
-        copy(0, 3, 1.0);
-    } else {
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-                subtract_products(entry(i1, j1), entry(i2, j2), entry(i1, j2), entry(i2, j1),
-                                  inverse_.real(j * 3 + i), inverse_.imaginary(j * 3 + i), columns_);
-            }
-        }
-    }
-    double* det_real = determinant_.real(0);
-    double* det_imaginary = determinant_.imaginary(0);
-    std::fill_n(det_real, columns_, 0.0);
-    std::fill_n(det_imaginary, columns_, 0.0);
-    for (int j = 0; j < d; ++j) {
-        const Factor a = entry(0, j);
-        const double* b_real = inverse_.real(j * d);
-        const double* b_imaginary = inverse_.imaginary(j * d);
-        for (int n = 0; n < columns_; ++n) {
-            det_real[n] += a.real[n] * b_real[n] - a.imaginary[n] * b_imaginary[n];
-            det_imaginary[n] += a.real[n] * b_imaginary[n] + a.imaginary[n] * b_real[n];
-        }
-    }
-    for (int e = 0; e < d * d; ++e) {
-        double* real = inverse_.real(e);
-        double* imaginary = inverse_.imaginary(e);
-        for (int n = 0; n < columns_; ++n) {
-            const double scale = 1.0 / (det_real[n] * det_real[n] + det_imaginary[n] * det_imaginary[n]);
-            const double re = real[n], im = imaginary[n];
-            real[n] = (re * det_real[n] + im * det_imaginary[n]) * scale;
-            imaginary[n] = (im * det_real[n] - re * det_imaginary[n]) * scale;
-        }
-    }
-}
-
-void SpectralRow::invert_general() {
-    const int d = planes_;
-    Eigen::MatrixXcd matrix(d, d);
-    for (int n = 0; n < columns_; ++n) {
-        for (int e = 0; e < d * d; ++e) matrix(e / d, e % d) = {lambda_.real(e)[n], lambda_.imaginary(e)[n]};
-        const Eigen::PartialPivLU<Eigen::MatrixXcd> lu(matrix);
-        const Complex det = lu.determinant();
-        determinant_.real(0)[n] = det.real();
-        determinant_.imaginary(0)[n] = det.imag();
-        matrix = lu.inverse();
-        for (int e = 0; e < d * d; ++e) {
-            inverse_.real(e)[n] = matrix(e / d, e % d).real();
-            inverse_.imaginary(e)[n] = matrix(e / d, e % d).imag();
-        }
-    }
-}
-
-namespace {
-
-/// out = a M, M real, lanes along n. Lanes is SpectralRow's.
-template <class Lanes>
-void times_real(const Lanes& a, const Eigen::MatrixXd& m, Lanes& out, int columns) {
-    const auto d = static_cast<int>(m.rows());
+    out.clear();
     for (int i = 0; i < d; ++i) {
         for (int k = 0; k < d; ++k) {
-            double* real = out.real(i * d + k);
-            double* imaginary = out.imaginary(i * d + k);
-            std::fill_n(real, columns, 0.0);
-            std::fill_n(imaginary, columns, 0.0);
             for (int j = 0; j < d; ++j) {
-                const double factor = m(j, k);
-                if (factor == 0.0) continue;
-                const double* x = a.real(i * d + j);
-                const double* y = a.imaginary(i * d + j);
-                for (int n = 0; n < columns; ++n) {
-                    real[n] += factor * x[n];
-                    imaginary[n] += factor * y[n];
-                }
+                if (m(j, k) == 0.0) continue;
+                add_scaled(m(j, k), a.at(i * d + j), out.at(i * d + k), 2 * static_cast<size_t>(lanes_));
             }
         }
     }
 }
 
-/// out_ij += a_ik conj(b_jk) (b conjugated and transposed) or a_ik b_kj, along n.
-struct Product {
-    const double *ar, *ai, *br, *bi;
-    void add(double* real, double* imaginary, int columns, bool conjugate) const {
-        const double sign = conjugate ? -1.0 : 1.0;
-        for (int n = 0; n < columns; ++n) {
-            real[n] += ar[n] * br[n] - sign * ai[n] * bi[n];
-            imaginary[n] += ai[n] * br[n] + sign * ar[n] * bi[n];
-        }
-    }
-};
-
-}  // namespace
-
-void SpectralRow::square_coloured() {
+void SpectralLanes::set_density(const Values& y) {
     const int d = planes_;
+    density_.clear();
     for (int i = 0; i < d; ++i) {
         for (int j = i; j < d; ++j) {
-            double* real = density_.real(i * d + j);
-            double* imaginary = density_.imaginary(i * d + j);
-            std::fill_n(real, columns_, 0.0);
-            std::fill_n(imaginary, columns_, 0.0);
             for (int k = 0; k < d; ++k) {
-                const Product product{coloured_.real(i * d + k), coloured_.imaginary(i * d + k),
-                                      coloured_.real(j * d + k), coloured_.imaginary(j * d + k)};
-                product.add(real, imaginary, columns_, true);
+                add_lane_conjugate_product(coloured_.at(i * d + k), y.at(j * d + k), density_.at(i * d + j),
+                                           static_cast<size_t>(lanes_));
             }
         }
     }
 }
 
-void SpectralRow::evaluate_density() {
+void SpectralLanes::evaluate_density() {
     const int d = planes_;
-    if (density_.real(0) == nullptr) {
-        coloured_ = Lanes(d * d, columns_);
-        density_ = Lanes(d * d, columns_);
-        if (kind_ == SpectralForm::Kind::pmrf) second_ = Lanes(d * d, columns_);
+    if (density_.empty()) {
+        coloured_ = Values(d * d, lanes_);
+        density_ = Values(d * d, lanes_);
+        if (kind_ == SpectralForm::Kind::pmrf) second_ = Values(d * d, lanes_);
     }
     switch (kind_) {
         case SpectralForm::Kind::autoregressive:
-            times_real(inverse_, noise_, coloured_, columns_);
-            square_coloured();
+            times_real(inverse_, noise_, coloured_);
+            set_density(coloured_);
             break;
         case SpectralForm::Kind::moving_average:
-            times_real(lambda_, noise_, coloured_, columns_);
-            square_coloured();
+            times_real(lambda_, noise_, coloured_);
+            set_density(coloured_);
             break;
         case SpectralForm::Kind::mmrf:
-            times_real(inverse_, noise_, density_, columns_);
+            times_real(inverse_, noise_, density_);
             break;
-        case SpectralForm::Kind::pmrf: {
+        case SpectralForm::Kind::pmrf:
             // (Λ⁻¹ left) Λ, then times right, then times Λ⁻ᴴ.
-            times_real(inverse_, left_, coloured_, columns_);
+            times_real(inverse_, left_, coloured_);
+            second_.clear();
             for (int i = 0; i < d; ++i) {
                 for (int j = 0; j < d; ++j) {
-                    double* real = second_.real(i * d + j);
-                    double* imaginary = second_.imaginary(i * d + j);
-                    std::fill_n(real, columns_, 0.0);
-                    std::fill_n(imaginary, columns_, 0.0);
                     for (int k = 0; k < d; ++k) {
-                        Product{coloured_.real(i * d + k), coloured_.imaginary(i * d + k),
-                                lambda_.real(k * d + j), lambda_.imaginary(k * d + j)}
-                            .add(real, imaginary, columns_, false);
+                        add_lane_product(coloured_.at(i * d + k), lambda_.at(k * d + j),
+                                         second_.at(i * d + j), static_cast<size_t>(lanes_));
                     }
                 }
             }
-            times_real(second_, right_, coloured_, columns_);
-            for (int i = 0; i < d; ++i) {
-                for (int j = i; j < d; ++j) {
-                    double* real = density_.real(i * d + j);
-                    double* imaginary = density_.imaginary(i * d + j);
-                    std::fill_n(real, columns_, 0.0);
-                    std::fill_n(imaginary, columns_, 0.0);
-                    for (int k = 0; k < d; ++k) {
-                        Product{coloured_.real(i * d + k), coloured_.imaginary(i * d + k),
-                                inverse_.real(j * d + k), inverse_.imaginary(j * d + k)}
-                            .add(real, imaginary, columns_, true);
-                    }
-                }
-            }
+            times_real(second_, right_, coloured_);
+            set_density(inverse_);
             break;
+    }
+}
+
+std::complex<double> SpectralLanes::determinant(int n) const {
+    return {determinant_.at(0)[n], determinant_.at(0)[lanes_ + n]};
+}
+
+double SpectralLanes::sum_of_log_determinants() const {
+    return 0.5 * sum_of_logarithms(squares_.data(), squares_.size());
+}
+
+double SpectralLanes::inverse_norm(int n) const {
+    return std::sqrt(inverse_squares_[static_cast<size_t>(n)]);
+}
+
+SpectralRow::SpectralRow(const SpectralForm& form, int columns) : SpectralLanes(form, columns) {
+    fill_waves(form, [&](int s, int n) { return root_of_unity(static_cast<long long>(s) * n, columns); });
+}
+
+SpectralRow::SpectralRow(const SpectralForm& form, const std::vector<double>& columns)
+    : SpectralLanes(form, static_cast<int>(columns.size())) {
+    fill_waves(form, [&](int s, int n) { return std::polar(1.0, s * columns[static_cast<size_t>(n)]); });
+}
+
+void SpectralRow::fill_waves(const SpectralForm& form,
+                             const std::function<Complex(int column, int n)>& turn) {
+    offsets_ = form.lambda.offsets;
+    coefficients_ = form.lambda.coefficients;
+    for (const Offset s : offsets_) column_offsets_.push_back(s.column);
+    std::sort(column_offsets_.begin(), column_offsets_.end());
+    column_offsets_.erase(std::unique(column_offsets_.begin(), column_offsets_.end()), column_offsets_.end());
+    const auto distinct = static_cast<Eigen::Index>(column_offsets_.size());
+    waves_.resize(2 * distinct, lanes());
+    for (Eigen::Index c = 0; c < distinct; ++c) {
+        for (int n = 0; n < lanes(); ++n) {
+            const Complex wave = turn(column_offsets_[static_cast<size_t>(c)], n);
+            waves_(c, n) = wave.real();
+            waves_(distinct + c, n) = wave.imag();
         }
     }
 }
 
-std::complex<double> SpectralRow::determinant(int n) const {
-    return {determinant_.real(0)[n], determinant_.imaginary(0)[n]};
-}
-
-double SpectralRow::log_determinant(int n) const {
-    return std::log(std::abs(determinant(n)));
-}
-
-double SpectralRow::inverse_norm(int n) const {
-    double sum = 0.0;
-    for (int e = 0; e < planes_ * planes_; ++e) {
-        const double re = inverse_.real(e)[n], im = inverse_.imaginary(e)[n];
-        sum += re * re + im * im;
+void SpectralRow::evaluate(double row_frequency) {
+    const auto entries = static_cast<Eigen::Index>(planes()) * planes();
+    const auto distinct = static_cast<Eigen::Index>(column_offsets_.size());
+    // −Σ over offsets with the same s2 of A_s e^{iω1 s1}: what is left is a sum over few distinct s2.
+    RowMajor sums = RowMajor::Zero(2 * entries, 2 * distinct);
+    for (size_t s = 0; s < offsets_.size(); ++s) {
+        const auto found =
+            std::lower_bound(column_offsets_.begin(), column_offsets_.end(), offsets_[s].column);
+        const auto c = static_cast<Eigen::Index>(found - column_offsets_.begin());
+        const Complex turn = std::polar(1.0, row_frequency * offsets_[s].row);
+        for (Eigen::Index e = 0; e < entries; ++e) {
+            const Complex b = turn * coefficients_[s * static_cast<size_t>(entries) + static_cast<size_t>(e)];
+            sums(2 * e, c) -= b.real();
+            sums(2 * e, c + distinct) += b.imag();
+            sums(2 * e + 1, c) -= b.imag();
+            sums(2 * e + 1, c + distinct) -= b.real();
+        }
     }
-    return std::sqrt(sum);
+    Eigen::Map<RowMajor> values(lambda_values().at(0), 2 * entries, lanes());
+    values.setZero();
+    for (Eigen::Index i = 0; i < planes(); ++i) values.row(2 * i * (planes() + 1)).setOnes();
+    add_product(sums, waves_, values);
+    invert();
 }
 
 SpectralMeans spectral_means(const SpectralForm& form, Size grid,
@@ -343,9 +219,7 @@ SpectralMeans spectral_means(const SpectralForm& form, Size grid,
             row.evaluate_density();
             if (visit) visit(m, row);
             const double weight = row_weight(m, grid.height);
-            double log_determinant = 0.0;
-            for (int n = 0; n < grid.width; ++n) log_determinant += row.log_determinant(n);
-            sums.log_determinant += weight * log_determinant;
+            sums.log_determinant += weight * row.sum_of_log_determinants();
             for (int i = 0; i < d; ++i) {
                 for (int j = i; j < d; ++j) {
                     const double* density = row.density(i, j);
@@ -409,7 +283,8 @@ LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box)
             const int m = first + static_cast<int>(k);
             row.evaluate(2.0 * std::numbers::pi * m / torus.height);
             row.evaluate_density();
-            t.noalias() = row.densities() * table;
+            t.setZero(row.densities().rows(), table.cols());
+            add_product(row.densities(), table, t);
             Eigen::Index place = 0;
             for (int i = 0; i < d; ++i) {
                 for (int j = i; j < d; ++j) {
@@ -430,7 +305,9 @@ LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box)
                 turns(s1 + box.row, 2 * k + 1) = -weight * turn.imag();
             }
         }
-        partial[static_cast<size_t>(block)].noalias() = turns * along;
+        RowMajor& own = partial[static_cast<size_t>(block)];
+        own.setZero(lag_rows, along.cols());
+        add_product(turns, along, own);
     });
     RowMajor total = RowMajor::Zero(lag_rows, pairs * lag_columns);
     for (const RowMajor& sums : partial) total += sums;

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "host/dense.hpp"
+#include "host/lane_inverse.hpp"
 
 namespace btfield {
 namespace {
@@ -9,15 +13,6 @@ namespace {
 using Complex = std::complex<double>;
 using Eigen::Index;
 using std::size_t;
-
-/// (re, im) −= a conj(b)
-void subtract_conjugate_product(const double* ar, const double* ai, const double* br, const double* bi,
-                                double* re, double* im, size_t count) {
-    for (size_t n = 0; n < count; ++n) {
-        re[n] -= ar[n] * br[n] + ai[n] * bi[n];
-        im[n] -= ai[n] * br[n] - ar[n] * bi[n];
-    }
-}
 
 }  // namespace
 
@@ -36,21 +31,27 @@ LaneMatrix product(const LaneMatrix& a, const LaneMatrix& b) {
     LaneMatrix c(d, a.lanes());
     for (int i = 0; i < d; ++i) {
         for (int j = 0; j < d; ++j) {
-            double* re = c.real(i, j);
-            double* im = c.imaginary(i, j);
-            for (int k = 0; k < d; ++k) {
-                const double* ar = a.real(i, k);
-                const double* ai = a.imaginary(i, k);
-                const double* br = b.real(k, j);
-                const double* bi = b.imaginary(k, j);
-                for (size_t n = 0; n < a.lanes(); ++n) {
-                    re[n] += ar[n] * br[n] - ai[n] * bi[n];
-                    im[n] += ar[n] * bi[n] + ai[n] * br[n];
-                }
-            }
+            for (int k = 0; k < d; ++k) add_lane_product(a.real(i, k), b.real(k, j), c.real(i, j), a.lanes());
         }
     }
     return c;
+}
+
+LaneMatrix product(const Eigen::MatrixXd& a, const LaneMatrix& b) {
+    const int d = b.planes();
+    LaneMatrix c(d, b.lanes());
+    for (int i = 0; i < d; ++i) {
+        for (int k = 0; k < d; ++k) {
+            if (a(i, k) == 0.0) continue;
+            for (int j = 0; j < d; ++j) add_scaled(a(i, k), b.real(k, j), c.real(i, j), 2 * b.lanes());
+        }
+    }
+    return c;
+}
+
+void add(LaneMatrix& a, const LaneMatrix& b, double scale) {
+    const auto d = static_cast<size_t>(a.planes());
+    add_scaled(scale, b.real(0, 0), a.real(0, 0), 2 * d * d * a.lanes());
 }
 
 LaneMatrix adjoint(const LaneMatrix& a) {
@@ -79,13 +80,14 @@ void evaluate(const HermitianPolynomial& polynomial, double row_frequency, const
     for (const Offset s : polynomial.offsets) reach = std::max(reach, std::abs(s.column));
     const size_t lanes = result.lanes();
     // Coefficient of e^{i c ω2}, c = −reach … reach.
-    std::vector<Complex> sums(static_cast<size_t>(2 * reach + 1));
+    std::vector<Complex> sums(static_cast<size_t>(2 * reach + 1)), turns;
+    for (const Offset s : polynomial.offsets) turns.push_back(std::polar(1.0, row_frequency * s.row));
     for (int i = 0; i < d; ++i) {
         for (int j = 0; j <= i; ++j) {
             std::fill(sums.begin(), sums.end(), Complex{});
             for (size_t s = 0; s < polynomial.offsets.size(); ++s) {
                 const Offset offset = polynomial.offsets[s];
-                const Complex turn = std::polar(1.0, row_frequency * offset.row);
+                const Complex turn = turns[s];
                 const int right = reach + offset.column, left = reach - offset.column;
                 sums[static_cast<size_t>(right)] -= turn * polynomial.terms[s](i, j);
                 sums[static_cast<size_t>(left)] -= std::conj(turn) * polynomial.terms[s](j, i);
@@ -103,9 +105,11 @@ void evaluate(const HermitianPolynomial& polynomial, double row_frequency, const
                 const double er = even.real(), ei = even.imag(), pr = odd.real(), pi = odd.imag();
                 const double* cosine = waves.cosine(c);
                 const double* sine = waves.sine(c);
-                for (size_t n = 0; n < lanes; ++n) real[n] += er * cosine[n] + pr * sine[n];
+                add_scaled(er, cosine, real, lanes);
+                add_scaled(pr, sine, real, lanes);
                 if (i == j) continue;
-                for (size_t n = 0; n < lanes; ++n) imaginary[n] += ei * cosine[n] + pi * sine[n];
+                add_scaled(ei, cosine, imaginary, lanes);
+                add_scaled(pi, sine, imaginary, lanes);
             }
         }
     }
@@ -128,16 +132,10 @@ bool factorise_positive(LaneMatrix& matrix, double* log_determinant) {
         for (size_t n = 0; n < lanes; ++n) log_determinant[n] += std::log(pivot[n]);
         for (size_t n = 0; n < lanes; ++n) pivot[n] = 1.0 / std::sqrt(pivot[n]);
         for (int i = j + 1; i < d; ++i) {
-            double* re = matrix.real(i, j);
-            double* im = matrix.imaginary(i, j);
-            for (int k = 0; k < j; ++k) {
-                subtract_conjugate_product(matrix.real(i, k), matrix.imaginary(i, k), matrix.real(j, k),
-                                           matrix.imaginary(j, k), re, im, lanes);
-            }
-            for (size_t n = 0; n < lanes; ++n) {
-                re[n] *= pivot[n];
-                im[n] *= pivot[n];
-            }
+            double* const entry = matrix.real(i, j);
+            for (int k = 0; k < j; ++k)
+                add_lane_conjugate_product(matrix.real(i, k), matrix.real(j, k), entry, lanes, -1.0);
+            scale_lanes(pivot, entry, lanes);
         }
     }
     return true;
@@ -150,32 +148,16 @@ bool invert_positive(LaneMatrix& matrix, double* log_determinant) {
     // L⁻¹ in place: column j below the diagonal, from the top; X_ij = −(Σ_{j<=k<i} L_ik X_kj) / L_ii. Column
     // j of L is needed no more once its own column of X is being written from the bottom of what it reads, so
     // go by columns from the last one, which are the only ones that read L_ik with k > j.
-    std::vector<double> re_column(lanes * static_cast<size_t>(d)), im_column(lanes * static_cast<size_t>(d));
+    std::vector<double> row(2 * lanes * static_cast<size_t>(d));
     for (int j = 0; j < d; ++j) {
         // X_ij for i > j uses L_ij (its own place, read first) and L_ik, k > j, which are still L.
         for (int i = j + 1; i < d; ++i) {
-            double* re = matrix.real(i, j);
-            double* im = matrix.imaginary(i, j);
-            const double* own = matrix.real(j, j);
-            for (size_t n = 0; n < lanes; ++n) {
-                re[n] *= own[n];
-                im[n] *= own[n];
-            }
-            for (int k = j + 1; k < i; ++k) {
-                const double* ar = matrix.real(i, k);
-                const double* ai = matrix.imaginary(i, k);
-                const double* br = matrix.real(k, j);
-                const double* bi = matrix.imaginary(k, j);
-                for (size_t n = 0; n < lanes; ++n) {
-                    re[n] += ar[n] * br[n] - ai[n] * bi[n];
-                    im[n] += ar[n] * bi[n] + ai[n] * br[n];
-                }
-            }
-            const double* scale = matrix.real(i, i);
-            for (size_t n = 0; n < lanes; ++n) {
-                re[n] *= -scale[n];
-                im[n] *= -scale[n];
-            }
+            double* const entry = matrix.real(i, j);
+            scale_lanes(matrix.real(j, j), entry, lanes);
+            for (int k = j + 1; k < i; ++k)
+                add_lane_product(matrix.real(i, k), matrix.real(k, j), entry, lanes);
+            scale_lanes(matrix.real(i, i), entry, lanes);
+            for (size_t n = 0; n < 2 * lanes; ++n) entry[n] = -entry[n];
         }
     }
     // S = L⁻ᴴ L⁻¹: S_ij = Σ_{k >= i} conj(X_ki) X_kj, i >= j. Rows of S from the top read only rows k >= i of
@@ -183,28 +165,25 @@ bool invert_positive(LaneMatrix& matrix, double* log_determinant) {
     // i.
     for (int i = 0; i < d; ++i) {
         for (int j = 0; j <= i; ++j) {
-            double* re = re_column.data() + static_cast<size_t>(j) * lanes;
-            double* im = im_column.data() + static_cast<size_t>(j) * lanes;
-            std::fill_n(re, lanes, 0.0);
-            std::fill_n(im, lanes, 0.0);
-            for (int k = i; k < d; ++k) {
-                const double* ar = matrix.real(k, i);
-                const double* br = matrix.real(k, j);
-                const double* ai = matrix.imaginary(k, i);
-                const double* bi = matrix.imaginary(k, j);
-                for (size_t n = 0; n < lanes; ++n) {
-                    re[n] += ar[n] * br[n] + ai[n] * bi[n];
-                    im[n] += ar[n] * bi[n] - ai[n] * br[n];
-                }
-            }
+            double* const entry = row.data() + 2 * static_cast<size_t>(j) * lanes;
+            std::fill_n(entry, 2 * lanes, 0.0);
+            for (int k = i; k < d; ++k)
+                add_lane_conjugate_product(matrix.real(k, j), matrix.real(k, i), entry, lanes);
         }
-        for (int j = 0; j <= i; ++j) {
-            std::copy_n(re_column.data() + static_cast<size_t>(j) * lanes, lanes, matrix.real(i, j));
-            std::copy_n(im_column.data() + static_cast<size_t>(j) * lanes, lanes, matrix.imaginary(i, j));
-        }
+        for (int j = 0; j <= i; ++j)
+            std::copy_n(row.data() + 2 * static_cast<size_t>(j) * lanes, 2 * lanes, matrix.real(i, j));
     }
     matrix.complete_hermitian();
     return true;
+}
+
+double mean_trace(const LaneMatrix& a, const LaneMatrix& b, const std::vector<double>& weights) {
+    std::vector<double> traces(2 * a.lanes());
+    for (int i = 0; i < a.planes(); ++i) {
+        for (int j = 0; j < a.planes(); ++j)
+            add_lane_product(a.real(i, j), b.real(j, i), traces.data(), a.lanes());
+    }
+    return std::inner_product(weights.begin(), weights.end(), traces.begin(), 0.0);
 }
 
 LagTransform::LagTransform(const FrequencyGrid& grid, Offset box)
@@ -219,7 +198,8 @@ LagTransform::LagTransform(const FrequencyGrid& grid, Offset box)
 }
 
 void LagTransform::add(size_t m, const Eigen::Ref<const RowMajor>& values, RowMajor& sums) const {
-    const RowMajor along = values * table_;
+    RowMajor along = RowMajor::Zero(values.rows(), table_.cols());
+    add_product(values, table_, along);
     const Index functions = values.rows() / 2, width = columns();
     Eigen::RowVectorXd real(functions * width), imaginary(functions * width);
     for (Index e = 0; e < functions; ++e) {
@@ -233,7 +213,9 @@ void LagTransform::add(size_t m, const Eigen::Ref<const RowMajor>& values, RowMa
     }
     for (int r = -box_.row; r <= box_.row; ++r) {
         const Complex turn = grid_->row_weight[m] * std::polar(1.0, grid_->row[m] * r);
-        sums.row(r + box_.row) += turn.real() * real - turn.imag() * imaginary;
+        double* const sum = sums.row(r + box_.row).data();
+        add_scaled(turn.real(), real.data(), sum, static_cast<size_t>(real.size()));
+        add_scaled(-turn.imag(), imaginary.data(), sum, static_cast<size_t>(real.size()));
     }
 }
 

@@ -37,6 +37,12 @@ class LaneMatrix {
 
 /// a b
 [[nodiscard]] LaneMatrix product(const LaneMatrix& a, const LaneMatrix& b);
+/// a b, a the same for every lane
+[[nodiscard]] LaneMatrix product(const Eigen::MatrixXd& a, const LaneMatrix& b);
+/// a += scale · b
+void add(LaneMatrix& a, const LaneMatrix& b, double scale);
+/// Σ_n weights[n] Re tr(a b)
+[[nodiscard]] double mean_trace(const LaneMatrix& a, const LaneMatrix& b, const std::vector<double>& weights);
 /// aᴴ
 [[nodiscard]] LaneMatrix adjoint(const LaneMatrix& a);
 

@@ -1,6 +1,5 @@
 #include "host/torus_search.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -12,7 +11,7 @@
 
 #include "host/local_lambda.hpp"
 #include "host/parallel.hpp"
-#include "host/spectral_density.hpp"
+#include "host/spectral_points.hpp"
 
 namespace btfield {
 namespace {
@@ -50,9 +49,7 @@ struct Cell {
 };
 
 /// Λ around one point.
-template <int Planes>
 struct Surroundings {
-    typename LocalLambda<Planes>::Matrix lambda, inverse;
     Complex determinant;
     double inverse_norm = 0.0;
     double by_row = 0.0, by_column = 0.0;  ///< ‖Λ⁻¹ ∂Λ‖_F
@@ -62,13 +59,7 @@ template <int Planes>
 class Bounds {
   public:
     using Matrix = typename LocalLambda<Planes>::Matrix;
-    explicit Bounds(const SpectralForm& form) : lambda_(form.lambda), kind_(form.kind) {
-        const Eigen::MatrixXd noise = noise_matrix(form.lambda);
-        noise_ = kind_ == SpectralForm::Kind::autoregressive ? Eigen::MatrixXd(noise.llt().matrixL()) : noise;
-        if (kind_ == SpectralForm::Kind::pmrf) {
-            left_ = form.left;
-            right_ = form.right;
-        }
+    explicit Bounds(const SpectralForm& form) : lambda_(form.lambda) {
         for (const auto& term : lambda_.terms()) {
             const Eigen::MatrixXd a = term.coefficient;
             // Two bounds of the spectral norm; neither is always the smaller one.
@@ -85,44 +76,29 @@ class Bounds {
     }
     [[nodiscard]] double slope() const { return slope_; }
 
-    [[nodiscard]] Surroundings<Planes> around(Point p) const {
+    [[nodiscard]] Surroundings around(Point p) const {
         Matrix value, by_row, by_column;
         lambda_.derivatives(p.row, p.column, value, by_row, by_column);
-        Surroundings<Planes> at;
-        at.lambda = value;
+        Surroundings at;
+        Matrix inverse;
         if constexpr (Planes == Eigen::Dynamic) {
             const Eigen::PartialPivLU<Matrix> lu(value);
-            at.inverse = lu.inverse();
+            inverse = lu.inverse();
             at.determinant = lu.determinant();
         } else {
-            at.inverse = value.inverse();
+            inverse = value.inverse();
             at.determinant = value.determinant();
         }
-        at.inverse_norm = at.inverse.norm();
-        at.by_row = (at.inverse * by_row).norm();
-        at.by_column = (at.inverse * by_column).norm();
+        at.inverse_norm = inverse.norm();
+        at.by_row = (inverse * by_row).norm();
+        at.by_column = (inverse * by_column).norm();
         return at;
     }
     [[nodiscard]] Complex determinant(Point p) const { return lambda_.at(p.row, p.column).determinant(); }
 
     /// κ; not a number or infinite where Λ is singular.
-    [[nodiscard]] double change(double half, const Surroundings<Planes>& at) const {
-        return half * (at.by_row + at.by_column) + 0.5 * half * half * at.inverse_norm * curvature_;
-    }
-    /// sum += scale · Re S
-    void add_density(const Surroundings<Planes>& at, double scale, Eigen::MatrixXd& sum) const {
-        Matrix density;
-        if (kind_ == SpectralForm::Kind::mmrf) {
-            density = at.inverse * noise_;
-        } else if (kind_ == SpectralForm::Kind::pmrf) {
-            density = at.inverse * left_ * at.lambda * right_ * at.inverse.adjoint();
-        } else {
-            const Matrix coloured = at.inverse * noise_;
-            density = coloured * coloured.adjoint();
-        }
-        for (Eigen::Index i = 0; i < sum.rows(); ++i) {
-            for (Eigen::Index j = 0; j < sum.cols(); ++j) sum(i, j) += scale * density(i, j).real();
-        }
+    [[nodiscard]] double change(double half, const SpectralPoints& at, int n) const {
+        return half * (at.by_row(n) + at.by_column(n)) + 0.5 * half * half * at.inverse_norm(n) * curvature_;
     }
     /// Change of arg det Λ along a segment that is parallel to an axis; nothing when a zero lies on it or so
     /// close to it that `steps` run out.
@@ -131,7 +107,7 @@ class Bounds {
         const Point middle{0.5 * (a.row + b.row), 0.5 * (a.column + b.column)};
         const bool along_row = a.column == b.column;
         const double half = 0.5 * (along_row ? std::abs(b.row - a.row) : std::abs(b.column - a.column));
-        const Surroundings<Planes> at = around(middle);
+        const Surroundings at = around(middle);
         // Eigenvalues μ of Λ⁻¹(middle) Λ(ω) − I: Σ |arg(1 + μ)| <= π/2 Σ |μ| <= π/2 √d ‖·‖_F, which stays
         // below π.
         const double bound =
@@ -167,9 +143,6 @@ class Bounds {
 
   private:
     LocalLambda<Planes> lambda_;
-    SpectralForm::Kind kind_;
-    Eigen::Matrix<double, Planes, Planes> noise_;  ///< its Cholesky factor where autoregressive
-    Eigen::Matrix<double, Planes, Planes> left_, right_;
     double slope_ = 0.0, curvature_ = 0.0, row_curvature_ = 0.0, column_curvature_ = 0.0, step_ = 0.0;
 };
 
@@ -244,7 +217,7 @@ template <int Planes>
 class Search {
   public:
     Search(const SpectralForm& form, const NodeValues& nodes)
-        : bounds_(form), nodes_(nodes), real_(form.is_markov() || is_real(form.lambda)) {
+        : form_(form), bounds_(form), nodes_(nodes), real_(form.is_markov() || is_real(form.lambda)) {
         result_.covariance.setZero(form.planes(), form.planes());
         // Evaluations cost about d³.
         const double planes = form.planes();
@@ -289,7 +262,7 @@ class Search {
     std::vector<Judgement> judge_all(const std::vector<Cell>& cells, int division, double largest,
                                      bool last) {
         std::vector<Judgement> judged(cells.size());
-        constexpr size_t chunk = 64;
+        constexpr size_t lanes = 64, chunk = 4 * lanes;
         const auto chunks = static_cast<int>((cells.size() + chunk - 1) / chunk);
         const auto d = result_.covariance.rows();
         std::vector<Eigen::MatrixXd> densities(static_cast<size_t>(chunks), Eigen::MatrixXd::Zero(d, d));
@@ -297,21 +270,49 @@ class Search {
         const double share = 1.0 / (static_cast<double>(nodes_.side) * nodes_.side) / std::pow(9.0, division);
         for_each_block(chunks, [&](int block) {
             const auto place = static_cast<size_t>(block);
-            for (size_t k = place * chunk; k < std::min((place + 1) * chunk, cells.size()); ++k) {
-                const Surroundings<Planes> at = bounds_.around(cells[k].centre);
-                const double change = bounds_.change(cells[k].half, at);
-                Judgement& judgement = judged[k];
-                judgement.singular_centre = !(at.inverse_norm < singular);
-                judgement.suspect = !(change < excluded);
-                judgement.divide = !(change < largest) && !last;
-                judgement.positive = at.determinant.real() > 0.0;
-                // The node itself already counts in the means: it leaves them when its square is divided.
-                const double sign =
-                    division == 0 ? (judgement.divide ? -1.0 : 0.0) : (judgement.divide ? 0.0 : 1.0);
-                if (sign == 0.0 || judgement.singular_centre) continue;
-                const double scale = sign * cells[k].weight * share;
-                bounds_.add_density(at, scale, densities[place]);
-                logarithms[place] += scale * std::log(std::abs(at.determinant));
+            const size_t end = std::min((place + 1) * chunk, cells.size());
+            SpectralPoints at(form_, static_cast<int>(std::min(lanes, end - place * chunk)));
+            const auto own = static_cast<size_t>(at.lanes());
+            std::vector<double> rows(own), columns(own), scales(own);
+            for (size_t first = place * chunk; first < end; first += own) {
+                const size_t count = std::min(own, end - first);
+                for (size_t n = 0; n < own; ++n) {  // what is left over repeats the last
+                    const Point centre = cells[first + std::min(n, count - 1)].centre;
+                    rows[n] = centre.row;
+                    columns[n] = centre.column;
+                }
+                at.evaluate(rows, columns);
+                bool dense = false;
+                for (size_t n = 0; n < count; ++n) {
+                    const Cell& cell = cells[first + n];
+                    const auto lane = static_cast<int>(n);
+                    const double change = bounds_.change(cell.half, at, lane);
+                    Judgement& judgement = judged[first + n];
+                    judgement.singular_centre = !(at.inverse_norm(lane) < singular);
+                    judgement.suspect = !(change < excluded);
+                    judgement.divide = !(change < largest) && !last;
+                    judgement.positive = at.determinant(lane).real() > 0.0;
+                    // The node itself already counts in the means: it leaves them when its square is divided.
+                    const double sign =
+                        division == 0 ? (judgement.divide ? -1.0 : 0.0) : (judgement.divide ? 0.0 : 1.0);
+                    scales[n] = judgement.singular_centre ? 0.0 : sign * cell.weight * share;
+                    dense = dense || scales[n] != 0.0;
+                    if (scales[n] != 0.0)
+                        logarithms[place] += 0.5 * scales[n] * std::log(std::norm(at.determinant(lane)));
+                }
+                if (!dense) continue;
+                at.evaluate_density();
+                for (Eigen::Index i = 0; i < d; ++i) {
+                    for (Eigen::Index j = i; j < d; ++j) {
+                        const double* const density = at.density(static_cast<int>(i), static_cast<int>(j));
+                        double sum = 0.0;
+                        for (size_t n = 0; n < count; ++n) {
+                            if (scales[n] != 0.0) sum += scales[n] * density[n];
+                        }
+                        densities[place](i, j) += sum;
+                        if (i != j) densities[place](j, i) += sum;
+                    }
+                }
             }
         });
         for (size_t k = 0; k < densities.size(); ++k) {
@@ -356,6 +357,7 @@ class Search {
         return result_.zeros > 0;
     }
 
+    const SpectralForm& form_;
     Bounds<Planes> bounds_;
     const NodeValues& nodes_;
     bool real_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <numeric>
 #include <set>
 #include <span>
 
@@ -124,25 +126,30 @@ void fit_picture(Device& device, std::span<Job> jobs, const Options& options, Pr
 
     Analysis analysis(device, picture.image);
     const double own = share / static_cast<double>(jobs.size());
-    for (Job& job : jobs) {
-        const Stopwatch watch;
-        double stages = 0.0;
-        FitOptions fit_options = options.fit;
-        fit_options.model = job.kind;
-        fit_options.progress = [&](std::string_view stage, double seconds) {
+    std::mutex showing;
+    std::vector<FitOptions> all;
+    std::vector<double> left(jobs.size(), 1.0);
+    for (std::size_t k = 0; k < jobs.size(); ++k) {
+        FitOptions& each = all.emplace_back(options.fit);
+        each.model = jobs[k].kind;
+        each.progress = [&, k](std::string_view stage, double seconds) {
+            Job& job = jobs[k];
             const bool fitting = stage == "fit" || stage == "gains";
             (fitting ? job.fit : job.analysis) += seconds;
+            job.total += seconds;
             // How many stages there will be depends on the picture: each takes a quarter of what is left.
-            stages += 1.0;
-            bar.show(done + own * (1.0 - std::pow(0.75, stages)),
-                     path.filename().string() + ": " + std::string(stage));
+            const std::lock_guard lock(showing);
+            left[k] = stage == "gains" ? 0.0 : 0.75 * left[k];
+            const double waiting = std::accumulate(left.begin(), left.end(), 0.0);
+            bar.show(done + share - own * waiting, path.filename().string() + ": " + std::string(stage));
         };
-        job.model = analysis.fit(fit_options);
-        const std::vector<std::string> reasons = std::move(job.model.provenance.reasons);
-        job.model.provenance = provenance(path, picture);
-        job.model.provenance.reasons = reasons;
-        job.total += watch.seconds();
-        done += own;
+    }
+    std::vector<TextureModel> models = analysis.fit_all(all);
+    for (std::size_t k = 0; k < jobs.size(); ++k) {
+        jobs[k].model = std::move(models[k]);
+        const std::vector<std::string> reasons = std::move(jobs[k].model.provenance.reasons);
+        jobs[k].model.provenance = provenance(path, picture);
+        jobs[k].model.provenance.reasons = reasons;
     }
 }
 

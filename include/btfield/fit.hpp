@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -92,7 +93,8 @@ struct FitOptions {
     BayesPrior prior;
     MaOptions moving_average;
     /// Called with stage names ("planes", "pyramid", "lag covariances", "fit", "gains") and the seconds each
-    /// took; those of a level come once per level.
+    /// took; those of a level come once per level, and share out the time that levels took together. From
+    /// another thread than the caller's where several fits run at a time.
     std::function<void(std::string_view stage, double seconds)> progress;
 };
 
@@ -115,7 +117,12 @@ class Analysis {
     /// picture or options cannot give a model: a constant picture, a constant plane where
     ///         planes are modelled as they are (3D without marginals), a level smaller than the support (the
     ///         message says how many levels fit), acausal CAR support, singular normal equations.
+    ///
+    /// May be called from several threads at a time.
     [[nodiscard]] TextureModel fit(const FitOptions& options = {});
+    /// fit() of each, in this order, on all of the machine's cores and from one pass of lag covariances per
+    /// level. \throws what the first of them that fails does, when all have ended
+    [[nodiscard]] std::vector<TextureModel> fit_all(std::span<const FitOptions> options);
 
   private:
     class Impl;
