@@ -19,6 +19,7 @@ void add_all() {
     add_planes();
     add_lag_covariance();
     add_fit();
+    add_models();
     add_convolve();
     add_causal_recursion();
     add_synthesis();

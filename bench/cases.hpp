@@ -19,6 +19,7 @@ void add_pyramid();
 void add_planes();
 void add_lag_covariance();
 void add_fit();
+void add_models();
 void add_convolve();
 void add_causal_recursion();
 void add_synthesis();

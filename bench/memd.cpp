@@ -83,6 +83,31 @@ void add_case(const std::string& name, Pair (*make)(Size, bool), int side, bool 
     if (side <= 128) add_peer(" plain loop", peer::memd_loop);  // 36 s at 512²
 }
 
+/// The baseline: every pixel of A against every colour of B. Items are pairs.
+void add_exhaustive(int side) {
+    const Size size{side, side};
+    const auto name = "memd pairs " + std::to_string(side) + " float similar";
+    // All colours differ: a pair is a pixel of A and a pixel of B, taken or not.
+    const Work work{.items = static_cast<double>(area(size)) * static_cast<double>(area(size))};
+    const MemdOptions options{.search = MemdSearch::exhaustive};
+    add(name, [=] {
+        const auto pictures = std::make_shared<Pair>(similar(size, false));
+        return std::pair(work, std::function<void()>([pictures, options] {
+                             benchmark::DoNotOptimize(memd(device(), pictures->a, pictures->b, options).memd);
+                         }));
+    });
+    if (side > 128) return;  // the plain loop takes seconds
+    add(name + peer_suffix, [=] {
+        const Pair pictures = similar(size, false);
+        const auto a = std::make_shared<std::vector<float>>(interleaved(pictures.a));
+        const auto b = std::make_shared<std::vector<float>>(interleaved(pictures.b));
+        must_agree(memd(device(), pictures.a, pictures.b, options).memd, peer::memd_loop(*a, *b), 0.0,
+                   "memd");
+        return std::pair(
+            work, std::function<void()>([a, b] { benchmark::DoNotOptimize(peer::memd_loop(*a, *b)); }));
+    });
+}
+
 }  // namespace
 
 void add_memd() {
@@ -99,6 +124,7 @@ void add_memd() {
                 if (side <= one.largest)
                     add_case("memd " + std::to_string(side) + (eight_bit ? " 8 bit " : " float ") + one.name,
                              one.make, side, eight_bit);
+    for (const int side : {128, 256}) add_exhaustive(side);
 }
 
 }  // namespace btfield::bench

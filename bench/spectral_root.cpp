@@ -18,7 +18,7 @@ using Complex = std::complex<float>;
 
 constexpr Size size{512, 512};
 
-/// Hermitian, diagonally dominant: [i][j][matrix] and [matrix][i][j].
+/// Hermitian, diagonally dominant (entries aside are below sqrt 2): [i][j][matrix] and [matrix][i][j].
 struct Matrices {
     std::size_t d, count;
     std::vector<float> re, im, root;
@@ -38,7 +38,7 @@ struct Matrices {
             for (std::size_t j = 0; j <= i; ++j)
                 for (std::size_t n = 0; n < count; ++n) {
                     const float x = uniform(generator), y = uniform(generator);
-                    const Complex value = i == j ? Complex(static_cast<float>(d) + x) : Complex(x, y);
+                    const Complex value = i == j ? Complex(1.5F * static_cast<float>(d) + x) : Complex(x, y);
                     set(i, j, n, value);
                     set(j, i, n, std::conj(value));
                 }

@@ -1,8 +1,10 @@
 #include "host/colour_tree.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
 #include "host/parallel.hpp"
@@ -21,11 +23,22 @@ class ColourTable {
     explicit ColourTable(const Colours& colours)
         : colours_(&colours), mask_(std::bit_ceil(2 * colours.pixels()) - 1), cells_(mask_ + 1, empty) {}
 
-    /// Number of the pixel's colour, in order of first appearance; `next` for a new one.
+    /// Pixels from this one on will be asked for soon.
+    void prefetch(size_t pixel) {
+        const size_t end = std::min(pixel + ahead, colours_->pixels());
+        for (size_t k = pixel; k < end; ++k) {
+            hashes_[k - pixel] = hash(colours_->at(k)) & mask_;
+            __builtin_prefetch(&cells_[hashes_[k - pixel]], 1);
+        }
+    }
+
+    /// Number of the pixel's colour, in order of first appearance; `next` for a new one. Pixels are asked for
+    /// in order.
     std::uint32_t number(size_t pixel, std::uint32_t next, const std::vector<float>& distinct) {
+        if (pixel % ahead == 0) prefetch(pixel);
         const float* const colour = colours_->at(pixel);
         const auto d = static_cast<size_t>(colours_->planes);
-        for (size_t cell = hash(colour) & mask_;; cell = (cell + 1) & mask_) {
+        for (size_t cell = hashes_[pixel % ahead];; cell = (cell + 1) & mask_) {
             std::uint32_t& found = cells_[cell];
             if (found == empty) return found = next;
             if (std::equal(colour, colour + d, distinct.data() + d * found)) return found;
@@ -34,6 +47,7 @@ class ColourTable {
 
   private:
     static constexpr std::uint32_t empty = ColourTree::none;
+    static constexpr size_t ahead = 16;
     [[nodiscard]] size_t hash(const float* colour) const {
         std::uint64_t mixed = 0;
         for (int i = 0; i < colours_->planes; ++i) {
@@ -42,6 +56,7 @@ class ColourTable {
         }
         return static_cast<size_t>(mixed ^ mixed >> 32);
     }
+    std::array<size_t, ahead> hashes_{};
     const Colours* colours_;
     size_t mask_;
     std::vector<std::uint32_t> cells_;
@@ -51,29 +66,56 @@ class ColourTable {
 /// the widest plane, the left half always a full run.
 class Arrangement {
   public:
-    Arrangement(const std::vector<float>& distinct, int planes, std::vector<std::uint32_t>& order)
-        : distinct_(&distinct), d_(static_cast<size_t>(planes)), order_(&order), keys_(order.size()) {}
+    Arrangement(const std::vector<float>& distinct, int planes)
+        : distinct_(&distinct),
+          d_(static_cast<size_t>(planes)),
+          rows_(distinct.size() / static_cast<size_t>(planes)) {
+        for (size_t k = 0; k < rows_.size(); ++k) {
+            for (size_t i = 0; i < std::min(d_, inside); ++i)
+                rows_[k].value[i] = ascending(distinct[d_ * k + i]);
+            rows_[k].colour = static_cast<std::uint32_t>(k);
+        }
+    }
 
-    void run() {
-        std::vector<std::pair<size_t, size_t>> parts{{0, order_->size()}};
+    /// \return the colours in their order
+    std::vector<std::uint32_t> run() {
+        std::vector<std::pair<size_t, size_t>> parts{{0, rows_.size()}};
         // A few parts for each thread first, then every part to its end.
-        while (parts.size() < 16) {
+        bool halved = true;
+        while (halved && parts.size() < 16) {
             std::vector<std::pair<size_t, size_t>> halves;
             for (const auto& [begin, end] : parts) {
                 const size_t middle = split(begin, end);
                 halves.emplace_back(begin, middle);
                 if (middle < end) halves.emplace_back(middle, end);
             }
-            if (halves.size() == parts.size()) return;
+            halved = halves.size() > parts.size();
             parts = std::move(halves);
         }
-        for_each_block(static_cast<int>(parts.size()), [&](int part) {
-            const auto& [begin, end] = parts[static_cast<size_t>(part)];
-            arrange(begin, end);
-        });
+        if (halved)
+            for_each_block(static_cast<int>(parts.size()), [&](int part) {
+                const auto& [begin, end] = parts[static_cast<size_t>(part)];
+                arrange(begin, end);
+            });
+        std::vector<std::uint32_t> order(rows_.size());
+        for (size_t k = 0; k < order.size(); ++k) order[k] = rows_[k].colour;
+        return order;
     }
 
   private:
+    /// Planes that a row has with it. Of colours with more, the plane to split at is fetched.
+    static constexpr size_t inside = 3;
+    struct Row {
+        std::array<std::int32_t, inside> value{};
+        std::uint32_t colour = 0;
+    };
+
+    /// A number that orders as the float does.
+    static std::int32_t ascending(float value) {
+        const auto bits = std::bit_cast<std::int32_t>(value);
+        return bits < 0 ? bits ^ 0x7fffffff : bits;
+    }
+
     void arrange(size_t begin, size_t end) {
         const size_t middle = split(begin, end);
         if (middle == end) return;
@@ -86,48 +128,75 @@ class Arrangement {
         const size_t blocks = (end - begin + lanes - 1) / lanes;
         if (blocks < 2) return end;
         const size_t middle = begin + lanes * std::bit_ceil(blocks) / 2;
-        const size_t plane = widest(begin, end);
-        for (size_t k = begin; k < end; ++k)
-            keys_[k] = {(*distinct_)[d_ * (*order_)[k] + plane], (*order_)[k]};
-        const auto at = [&](size_t k) { return keys_.begin() + static_cast<std::ptrdiff_t>(k); };
-        std::nth_element(at(begin), at(middle), at(end));
-        for (size_t k = begin; k < end; ++k) (*order_)[k] = keys_[k].second;
+        const auto halve = [&]<size_t plane>(std::integral_constant<size_t, plane>) {
+            const auto at = [&](size_t k) { return rows_.begin() + static_cast<std::ptrdiff_t>(k); };
+            std::nth_element(at(begin), at(middle), at(end),
+                             [](const Row& a, const Row& b) { return a.value[plane] < b.value[plane]; });
+        };
+        size_t plane = widest(begin, end);
+        if (d_ > inside) {
+            for (size_t k = begin; k < end; ++k)
+                rows_[k].value[0] = ascending((*distinct_)[d_ * rows_[k].colour + plane]);
+            plane = 0;
+        }
+        if (plane == 0) halve(std::integral_constant<size_t, 0>());
+        if (plane == 1) halve(std::integral_constant<size_t, 1>());
+        if (plane == 2) halve(std::integral_constant<size_t, 2>());
         return middle;
     }
 
     [[nodiscard]] size_t widest(size_t begin, size_t end) const {
         size_t plane = 0;
         float width = -1.0F;
-        for (size_t i = 0; i < d_; ++i) {
-            float low = infinity, high = -infinity;
-            for (size_t k = begin; k < end; ++k) {
-                const float value = (*distinct_)[d_ * (*order_)[k] + i];
-                low = std::min(low, value);
-                high = std::max(high, value);
-            }
+        const auto consider = [&](size_t i, float low, float high) {
             if (high - low > width) {
                 width = high - low;
                 plane = i;
             }
+        };
+        if (d_ <= inside) {
+            Row low = rows_[begin], high = low;
+            for (size_t k = begin; k < end; ++k)
+                for (size_t i = 0; i < inside; ++i) {
+                    low.value[i] = std::min(low.value[i], rows_[k].value[i]);
+                    high.value[i] = std::max(high.value[i], rows_[k].value[i]);
+                }
+            const auto value = [](std::int32_t number) {
+                return std::bit_cast<float>(number < 0 ? number ^ 0x7fffffff : number);
+            };
+            for (size_t i = 0; i < d_; ++i) consider(i, value(low.value[i]), value(high.value[i]));
+            return plane;
+        }
+        for (size_t i = 0; i < d_; ++i) {
+            float low = infinity, high = -infinity;
+            for (size_t k = begin; k < end; ++k) {
+                const float value = (*distinct_)[d_ * rows_[k].colour + i];
+                low = std::min(low, value);
+                high = std::max(high, value);
+            }
+            consider(i, low, high);
         }
         return plane;
     }
 
     const std::vector<float>* distinct_;
     size_t d_;
-    std::vector<std::uint32_t>* order_;
-    std::vector<std::pair<float, std::uint32_t>> keys_;
+    std::vector<Row> rows_;
 };
 
 }  // namespace
 
 ColourTree::ColourTree(const Colours& colours, Metric metric)
-    : search_(colour_searches(metric, colours.planes).front()), left_(colours.pixels()) {
+    : search_(colour_searches(metric, colours.planes).front()),
+      tighten_(box_updates().front()),
+      left_(colours.pixels()) {
     const auto d = static_cast<size_t>(colours.planes);
     arrays_.planes = colours.planes;
     std::vector<std::uint32_t> number(left_);
     std::vector<float> distinct;
     std::vector<std::uint32_t> ends;  // number of pixels of each colour, then where they end
+    distinct.reserve(colours.values.size());
+    ends.reserve(left_);
     ColourTable table(colours);
     for (size_t pixel = 0; pixel < left_; ++pixel) {
         const auto next = static_cast<std::uint32_t>(ends.size());
@@ -139,9 +208,7 @@ ColourTree::ColourTree(const Colours& colours, Metric metric)
         ++ends[number[pixel]];
     }
 
-    std::vector<std::uint32_t> order(ends.size());
-    for (size_t k = 0; k < order.size(); ++k) order[k] = static_cast<std::uint32_t>(k);
-    Arrangement(distinct, colours.planes, order).run();
+    const std::vector<std::uint32_t> order = Arrangement(distinct, colours.planes).run();
 
     queues_.resize(order.size());
     std::vector<std::uint32_t> slot_of(order.size());
@@ -157,7 +224,7 @@ ColourTree::ColourTree(const Colours& colours, Metric metric)
     build(distinct, order);
 }
 
-void ColourTree::build(const std::vector<float>& distinct, std::vector<std::uint32_t>& order) {
+void ColourTree::build(const std::vector<float>& distinct, const std::vector<std::uint32_t>& order) {
     const auto d = static_cast<size_t>(arrays_.planes);
     size_t blocks = (order.size() + lanes - 1) / lanes;
     arrays_.points.assign(blocks * lanes * d, infinity);
@@ -179,46 +246,9 @@ void ColourTree::build(const std::vector<float>& distinct, std::vector<std::uint
     }
     arrays_.lowest.assign(boxes * lanes, none);
     for (int level = 0; level < arrays_.levels(); ++level) {
-        for (size_t block = 0; block < blocks; ++block) tighten(level, block);
+        for (size_t block = 0; block < blocks; ++block) tighten_(arrays_, level, block);
         blocks = (blocks + lanes - 1) / lanes;
     }
-}
-
-/// Brings the box of a block of `level`, a lane of the level above, up to date. \return whether it changed
-bool ColourTree::tighten(int level, size_t block) {
-    const auto d = static_cast<size_t>(arrays_.planes);
-    const size_t slot = lanes * arrays_.level_begin[static_cast<size_t>(level)] + block;
-    const bool points = level == 0;
-    const size_t source = points ? block : arrays_.level_begin[static_cast<size_t>(level) - 1] + block;
-    const std::uint32_t* const rasters =
-        (points ? arrays_.first.data() : arrays_.lowest.data()) + lanes * source;
-    bool changed = false;
-    const auto put = [&changed](auto& old, auto value) {
-        changed = changed || old != value;
-        old = value;
-    };
-    put(arrays_.lowest[slot], *std::min_element(rasters, rasters + lanes));
-    float* const target = arrays_.boxes.data() + slot / lanes * lanes * 2 * d + slot % lanes;
-    const float* const lows =
-        points ? arrays_.points.data() + lanes * d * source : arrays_.boxes.data() + lanes * 2 * d * source;
-    for (size_t i = 0; i < d; ++i) {
-        float low = infinity, high = -infinity;
-        if (points) {
-            const float* const values = lows + lanes * i;
-            for (size_t l = 0; l < lanes; ++l) {
-                low = std::min(low, values[l]);
-                high = std::max(high, values[l] < infinity ? values[l] : -infinity);
-            }
-        } else {
-            for (size_t l = 0; l < lanes; ++l) {
-                low = std::min(low, lows[lanes * i + l]);
-                high = std::max(high, lows[lanes * (d + i) + l]);
-            }
-        }
-        put(target[lanes * i], low);
-        put(target[lanes * (d + i)], high);
-    }
-    return changed;
 }
 
 void ColourTree::take(std::uint32_t slot) {
@@ -237,7 +267,7 @@ void ColourTree::take(std::uint32_t slot) {
         noted_points_[slot] = true;
         changes_.points.push_back(slot);
     }
-    for (int level = 0; level < arrays_.levels() && tighten(level, block); ++level) {
+    for (int level = 0; level < arrays_.levels() && tighten_(arrays_, level, block); ++level) {
         const size_t box = lanes * arrays_.level_begin[static_cast<size_t>(level)] + block;
         if (noting_ && !noted_boxes_[box]) {
             noted_boxes_[box] = true;

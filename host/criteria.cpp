@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "btfield/error.hpp"
 #include "btfield/lag_covariance.hpp"
@@ -11,7 +14,9 @@
 
 namespace btfield {
 
-Comparison compare(const Image& a, const Image& b) {
+namespace {
+
+void check_comparable(const Image& a, const Image& b) {
     const std::string asked = "compare two pictures";
     if (a.planes() < 1 || b.planes() < 1)
         throw InputError(asked, "one of them is empty", "give two pictures");
@@ -29,6 +34,18 @@ Comparison compare(const Image& a, const Image& b) {
                              "give a reference whose every plane varies");
         }
     }
+}
+
+std::vector<float> sorted(std::span<const float> values) {
+    std::vector<float> result(values.begin(), values.end());
+    std::ranges::sort(result);
+    return result;
+}
+
+}  // namespace
+
+Comparison compare(const Image& a, const Image& b) {
+    check_comparable(a, b);
     // What fits in both sides of both pictures; (0, 0) stays first.
     const std::vector<Offset> lags =
         probe_lags({std::min(a.height(), b.height()), std::min(a.width(), b.width())});
@@ -65,6 +82,31 @@ Comparison compare(const Image& a, const Image& b) {
     }
     result.spectral_covariance_error = std::sqrt(difference) / std::sqrt(reference);
     return result;
+}
+
+std::vector<double> quantile_errors(const Image& a, const Image& b) {
+    check_comparable(a, b);
+    std::vector<double> errors;
+    errors.reserve(static_cast<std::size_t>(a.planes()));
+    for (int p = 0; p < a.planes(); ++p) {
+        const std::vector<float> x = sorted(a.plane(p)), y = sorted(b.plane(p));
+        const auto n = static_cast<double>(x.size()), m = static_cast<double>(y.size());
+        const double mean = std::accumulate(x.begin(), x.end(), 0.0) / n;
+        double variance = 0.0, sum = 0.0, u = 0.0;
+        for (const float value : x) variance += (value - mean) * (value - mean) / n;
+        // Both quantile functions are steps: from one step of either to the next.
+        for (std::size_t i = 0, j = 0; i < x.size() && j < y.size();) {
+            const double end_x = static_cast<double>(i + 1) / n, end_y = static_cast<double>(j + 1) / m;
+            const double end = std::min(end_x, end_y);
+            const double difference = static_cast<double>(x[i]) - static_cast<double>(y[j]);
+            sum += (end - u) * difference * difference;
+            u = end;
+            if (end_x <= end) ++i;
+            if (end_y <= end) ++j;
+        }
+        errors.push_back(std::sqrt(sum / variance));
+    }
+    return errors;
 }
 
 }  // namespace btfield

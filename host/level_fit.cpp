@@ -77,9 +77,10 @@ Estimate maximum_likelihood(AnalysedLevel& level, const LagCovariance& statistic
     const auto& [kind, offsets] = support;
     Estimate estimate;
     estimate.estimator = Estimator::maximum_likelihood;
-    if (family(options.model) == Family::msar) {
+    const Family family_ = family(options.model);
+    if (family_ == Family::msar || family_ == Family::car) {
         SarLikelihoodFit fitted = fit_sar_likelihood(statistic, kind, offsets, options.active, options.noise);
-        estimate.model = std::move(fitted.model);
+        estimate.model = model_of(family_, std::move(static_cast<LinearField&>(fitted.model)));
         estimate.iterations = fitted.iterations;
         estimate.examination = std::move(fitted.examination);
         return estimate;
@@ -95,25 +96,30 @@ Estimate maximum_likelihood(AnalysedLevel& level, const LagCovariance& statistic
     return estimate;
 }
 
-/// Least squares is inconsistent for symmetric supports: where it certifies with a variance that is not the
-/// data's, it is no better than where it does not certify.
-bool trustworthy(const Certificate& certificate) {
+/// Whether least squares is as good as maximum likelihood. For symmetric supports it is inconsistent: where
+/// it certifies with a variance that is not the data's, it is no better than where it does not certify. For
+/// causal ones log |det Λ| is 0 on average where Λ has no zeros, and the two are the same.
+bool trustworthy(Family family, const Certificate& certificate) {
     constexpr double lowest = 0.8, highest = 1.25;
-    return certificate.valid && std::ranges::all_of(certificate.variance_ratio, [](double ratio) {
-               return ratio >= lowest && ratio <= highest;
-           });
+    return certificate.valid &&
+           (family == Family::car || std::ranges::all_of(certificate.variance_ratio, [](double ratio) {
+                return ratio >= lowest && ratio <= highest;
+            }));
 }
 
 Estimate estimate_part(AnalysedLevel& level, const LagCovariance& statistic, const FitOptions& options,
                        const Support& support) {
-    if (family(options.model) == Family::car || options.estimator == EstimatorChoice::least_squares)
+    const Family family_ = family(options.model);
+    if (options.estimator == EstimatorChoice::least_squares)
         return least_squares(statistic, options, support);
-    if (options.estimator == EstimatorChoice::automatic) {
+    if (options.estimator == EstimatorChoice::automatic || family_ == Family::car) {
         try {
             Estimate estimate = least_squares(statistic, options, support);
-            if (trustworthy(estimate.examination.certificate)) return estimate;
+            if (trustworthy(family_, estimate.examination.certificate)) return estimate;
         } catch (const InputError&) {
-            // Planes that depend on each other exactly: what least squares cannot solve, likelihood may.
+            // Planes that depend on each other exactly: what least squares cannot solve, likelihood may. CAR
+            // has its prior against that; what stops it is asked wrongly.
+            if (family_ == Family::car) throw;
         }
     }
     return maximum_likelihood(level, statistic, options, support);

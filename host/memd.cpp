@@ -3,6 +3,7 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -91,10 +92,7 @@ double memd_max(Metric metric, int planes) {
 class MemdReference::Impl {
   public:
     Impl(Device& device, const Image& a, const MemdOptions& options)
-        : device_(&device.impl()),
-          options_(options),
-          a_(colours_of(a, options.white[0], "A")),
-          on_device_(device_->upload(a_.values)) {}
+        : device_(&device.impl()), options_(options), a_(colours_of(a, options.white[0], "A")) {}
 
     Memd against(const Image& candidate) {
         const auto start = std::chrono::steady_clock::now();
@@ -110,11 +108,21 @@ class MemdReference::Impl {
         const std::size_t count = std::min(a_.pixels(), b.pixels());
         if (options_.local_errors) result.local_errors.assign(a_.pixels(), -1.0F);
         double sum = 0.0;
-        take_all(*device_, a_, on_device_, tree, options_.metric, {}, [&](std::size_t pixel, ColourKey key) {
+        const auto note = [&](std::size_t pixel, ColourKey key) {
             const double error = local_error(key, options_.metric);
             sum += error;
             if (options_.local_errors) result.local_errors[pixel] = static_cast<float>(error);
-        });
+        };
+        const MemdSearch search = chosen_search(*device_, options_.search, count, tree.colours());
+        if (search == MemdSearch::host_tree) {
+            take_all(a_, tree, note);
+        } else {
+            if (!on_device_) on_device_ = device_->upload(a_.values);
+            MemdBlocks blocks;
+            blocks.exhaustive = search == MemdSearch::exhaustive;
+            if (options_.search != MemdSearch::automatic) blocks.device_from = 1;
+            take_all(*device_, a_, *on_device_, tree, options_.metric, blocks, note);
+        }
         result.memd = sum / static_cast<double>(count);
         result.memd_star = 100.0 * result.memd / memd_max(options_.metric, a_.planes);
         result.search_seconds =
@@ -126,7 +134,7 @@ class MemdReference::Impl {
     Device::Impl* device_;
     MemdOptions options_;
     Colours a_;
-    Buffer on_device_;
+    std::optional<Buffer> on_device_;  ///< a_, once a device has searched
 };
 
 MemdReference::MemdReference(Device& device, const Image& a, const MemdOptions& options)

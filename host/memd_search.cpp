@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -15,15 +16,17 @@ using std::size_t;
 class DeviceTree {
   public:
     DeviceTree(Device::Impl& device, ColourTree& tree, Metric metric, const MemdBlocks& blocks)
-        : device_(&device), tree_(&tree), k_(static_cast<size_t>(blocks.candidates)) {
+        : device_(&device), tree_(&tree), blocks_(blocks), k_(static_cast<size_t>(blocks.candidates)) {
         const ColourTreeArrays& arrays = tree.arrays();
-        points_ = device.upload(arrays.points);
-        first_ = device.upload(arrays.first);
-        // OpenCL has no empty buffers; a tree of one block has no boxes.
-        boxes_ = arrays.boxes.empty() ? device.buffer(sizeof(float)) : device.upload(arrays.boxes);
-        lowest_ = arrays.lowest.empty() ? device.buffer(sizeof(float)) : device.upload(arrays.lowest);
-        const std::vector<std::uint32_t> begin(arrays.level_begin.begin(), arrays.level_begin.end());
-        level_begin_ = device.upload(begin);
+        points_ = upload(arrays.points);
+        first_ = upload(arrays.first);
+        if (!blocks.exhaustive) {
+            // OpenCL has no empty buffers; a tree of one block has no boxes.
+            boxes_ = arrays.boxes.empty() ? device.buffer(sizeof(float)) : upload(arrays.boxes);
+            lowest_ = arrays.lowest.empty() ? device.buffer(sizeof(float)) : upload(arrays.lowest);
+            const std::vector<std::uint32_t> begin(arrays.level_begin.begin(), arrays.level_begin.end());
+            level_begin_ = device.upload(begin);
+        }
         const size_t results = blocks.largest * k_;
         distances_ = device.buffer(results * sizeof(float));
         rasters_ = device.buffer(results * sizeof(std::uint32_t));
@@ -37,10 +40,18 @@ class DeviceTree {
 
     /// Begins the search for pixels [begin, begin + count) among what was left at the last update().
     void begin(const Buffer& a, size_t begin, size_t count) {
-        device_->launch(device_->kernel("nearest_pixel", "nearest_candidates", parameters_), {count},
-                        Grain::fine, a, static_cast<cl_uint>(begin), static_cast<cl_uint>(count), points_,
-                        first_, boxes_, lowest_, level_begin_, tree_->arrays().levels(), distances_, rasters_,
-                        slots_);
+        const auto from = static_cast<cl_uint>(begin), pixels = static_cast<cl_uint>(count);
+        if (blocks_.exhaustive) {
+            const auto width = static_cast<size_t>(device_->vector_width());
+            device_->launch(device_->kernel("exhaustive_pixel", "exhaustive_candidates", parameters_),
+                            {(count + width - 1) / width}, Grain::fine, a, from, pixels, points_, first_,
+                            static_cast<cl_uint>(tree_->arrays().first.size() / ColourTree::lanes),
+                            distances_, rasters_, slots_);
+        } else {
+            device_->launch(device_->kernel("nearest_pixel", "nearest_candidates", parameters_), {count},
+                            Grain::fine, a, from, pixels, points_, first_, boxes_, lowest_, level_begin_,
+                            tree_->arrays().levels(), distances_, rasters_, slots_);
+        }
         device_->flush();
         count_ = count;
     }
@@ -65,14 +76,18 @@ class DeviceTree {
         const auto d = static_cast<size_t>(arrays.planes);
         const ColourTree::Changes& changes = tree_->changes();
         update(points_, first_, changes.points, arrays.points, arrays.first, d);
-        update(boxes_, lowest_, changes.boxes, arrays.boxes, arrays.lowest, 2 * d);
+        if (!blocks_.exhaustive) update(boxes_, lowest_, changes.boxes, arrays.boxes, arrays.lowest, 2 * d);
         tree_->clear_changes();
     }
 
   private:
+    template <class T>
+    Buffer upload(const Lines<T>& values) {
+        return device_->upload(std::span<const T>(values));
+    }
+
     void update(const Buffer& fields, const Buffer& rasters, const std::vector<std::uint32_t>& slots,
-                const std::vector<float>& from, const std::vector<std::uint32_t>& from_rasters,
-                size_t per_slot) {
+                const Lines<float>& from, const Lines<std::uint32_t>& from_rasters, size_t per_slot) {
         if (slots.empty()) return;
         constexpr size_t lanes = ColourTree::lanes;
         std::vector<float> values;
@@ -94,6 +109,7 @@ class DeviceTree {
 
     Device::Impl* device_;
     ColourTree* tree_;
+    MemdBlocks blocks_;
     size_t k_;
     Buffer points_, first_, boxes_, lowest_, level_begin_, distances_, rasters_, slots_;
     BuildParameters parameters_;
@@ -122,6 +138,13 @@ std::optional<ColourTree::Hit> proven(const ColourTree& tree, const float* dista
 }
 
 }  // namespace
+
+MemdSearch chosen_search(const Device::Impl& device, MemdSearch asked, std::size_t pixels,
+                         std::size_t colours) {
+    if (asked != MemdSearch::automatic) return asked;
+    if (device.is_cpu() || pixels < MemdBlocks{}.device_from) return MemdSearch::host_tree;
+    return colours <= exhaustive_colours ? MemdSearch::exhaustive : MemdSearch::device_tree;
+}
 
 std::size_t take_all(Device::Impl& device, const Colours& a, const Buffer& device_a, ColourTree& tree,
                      Metric metric, const MemdBlocks& blocks,

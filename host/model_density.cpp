@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "btfield/theory.hpp"
 #include "host/level_gains.hpp"
 #include "host/local_lambda.hpp"
 #include "host/parallel.hpp"
@@ -158,32 +159,19 @@ double picture_log_likelihood(const TextureModel& model, const FoldedPeriodogram
     return std::isfinite(sum) ? -0.5 * sum : std::numeric_limits<double>::quiet_NaN();
 }
 
-double lag_covariance_error(const TextureModel& model, AnalysedPicture& planes) {
-    constexpr int enough = 256;  // a larger torus changes covariances at probe lags by less than matters here
-    const std::vector<Offset> lags = probe_lags(planes.image().size());
-    const std::vector<double>& data = planes.probe_covariances();
-    const Index d = modelled_planes(model);
-    std::vector<MatrixXd> sums(lags.size(), MatrixXd::Zero(d, d));
-    const auto block = static_cast<size_t>(d * d);
-    for (size_t k = 0; k < model.levels.size(); ++k) {
-        const LevelModel& level = model.levels[k];
-        const int depth = static_cast<int>(k);
-        const Size torus{std::min(level.size.height, enough), std::min(level.size.width, enough)};
-        const LagCovariance own = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
-        const std::vector<double> seen = expanded_covariance(own, model.factor, depth, lags);
-        for (size_t s = 0; s < lags.size(); ++s)
-            sums[s] += level.gain * level.gain * Eigen::Map<const RowMajor>(seen.data() + s * block, d, d);
-    }
-    const MatrixXd whitening = whitening_of(model);
+double lag_covariance_error(const TextureModel& model, const std::vector<Offset>& lags,
+                            const std::vector<double>& data) {
+    const std::vector<double> modelled = theoretical_covariance(model, model.size, lags);
+    const auto d = static_cast<size_t>(model.planes), block = d * d;
     double error = 0.0;
     for (size_t s = 0; s < lags.size(); ++s) {
-        const MatrixXd modelled = whitening * sums[s] * whitening.transpose();
-        for (Index i = 0; i < d; ++i) {
-            const auto place = static_cast<size_t>(i * d + i);
-            error += std::abs(data[s * block + place] - modelled(i, i)) / data[place];
+        for (size_t i = 0; i < d; ++i) {
+            const size_t place = i * d + i;
+            if (!(data[place] > 0.0)) continue;  // a constant plane
+            error += std::abs(data[s * block + place] - modelled[s * block + place]) / data[place];
         }
     }
-    return error / static_cast<double>(lags.size() * static_cast<size_t>(d));
+    return error / static_cast<double>(lags.size() * d);
 }
 
 }  // namespace btfield

@@ -2,6 +2,8 @@
 
 // What a fitted texture model says of the full-resolution planes that it models.
 
+#include <vector>
+
 #include "btfield/models.hpp"
 #include "host/analysis.hpp"
 #include "host/folded_periodogram.hpp"
@@ -15,8 +17,10 @@ namespace btfield {
 /// NaN where S is not positive definite. \param periodogram of the modelled planes
 [[nodiscard]] double picture_log_likelihood(const TextureModel& model, const FoldedPeriodogram& periodogram);
 
-/// Mean over modelled planes i and probe lags s of |C_ii(s) − P_ii(s)| / C_ii(0), C the data's covariances, P
-/// the model's. \param planes that the model models
-[[nodiscard]] double lag_covariance_error(const TextureModel& model, AnalysedPicture& planes);
+/// Mean over the picture's planes i and the lags s of |C_ii(s) − P_ii(s)| / C_ii(0), C the picture's
+/// covariances, P the model's, marginals and basis undone. \param data covariances_at() of the picture at
+/// these lags
+[[nodiscard]] double lag_covariance_error(const TextureModel& model, const std::vector<Offset>& lags,
+                                          const std::vector<double>& data);
 
 }  // namespace btfield

@@ -22,6 +22,9 @@ using std::size_t;
 constexpr int default_order = 5;
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
+/// Lag covariance errors that levels may have: up to good_error, or no worse than the least by near_error.
+constexpr double good_error = 0.05, near_error = 0.01;
+
 struct Candidate {
     std::string name;  ///< "order 3"
     FitOptions options;
@@ -157,15 +160,30 @@ void choose_levels(Choices& choices, const SelectionSource& source) {
     AnalysedPicture& planes = source.planes(options);
     const FoldedPeriodogram& periodogram = planes.level(options.factor, 1, 0).periodogram();
     const double pixels = static_cast<double>(area(source.image->size()));
+    const std::vector<Offset> lags = probe_lags(source.image->size());
+    const std::vector<double> data = covariances_at(*source.image, lags);
     for (Fitted& one : fitted) {
         if (!is_valid(one.model)) continue;
         one.bic = -2.0 * pixels * picture_log_likelihood(one.model, periodogram) +
                   static_cast<double>(parameter_count(one.model)) * std::log(pixels);
-        one.error = lag_covariance_error(one.model, planes);
+        one.error = lag_covariance_error(one.model, lags, data);
+    }
+    // The likelihood takes all frequencies alike, of which few are low: it may prefer a K that has lost them.
+    std::vector<double> errors;
+    errors.reserve(fitted.size());
+    for (const Fitted& one : fitted) errors.push_back(one.error);
+    const size_t least = smallest(errors);
+    const double bound = least == errors.size() ? 0.0 : std::max(good_error, errors[least] + near_error);
+    bool lost = false;
+    for (Fitted& one : fitted) {
+        if (!(one.error > bound)) continue;
+        lost = lost || std::isfinite(one.bic);
+        one.bic = unknown;
     }
     std::string why;
     const Fitted* best = decide(fitted, &Fitted::bic, "BIC", "%.0f", why);
     if (best == nullptr) best = decide(fitted, &Fitted::error, "lag covariance error", "%.4f", why);
+    if (best != nullptr && lost) why += ", among lag covariance errors up to " + text_of(bound, "%.3f");
     if (best == nullptr) {
         best = &fitted.back();
         why = best->candidate.name + ": none is certified";
@@ -207,9 +225,10 @@ void choose_order(Choices& choices, const SelectionSource& source) {
         return is_valid(one.model) && !std::isfinite(one.bic);
     };
     if (moving_average && std::ranges::any_of(fitted, lacks_likelihood)) {
-        AnalysedPicture& planes = source.planes(options);
+        const std::vector<Offset> lags = probe_lags(source.image->size());
+        const std::vector<double> data = covariances_at(*source.image, lags);
         for (Fitted& one : fitted) {
-            if (is_valid(one.model)) one.error = lag_covariance_error(one.model, planes);
+            if (is_valid(one.model)) one.error = lag_covariance_error(one.model, lags, data);
         }
         best = decide(fitted, &Fitted::error, "lag covariance error", "%.4f", why);
         if (best != nullptr) why += ", as not every order has a likelihood";

@@ -138,7 +138,9 @@ class Synthesiser::Impl {
             const auto some =
                 seeds.subspan(first, std::min(static_cast<std::size_t>(batch_), seeds.size() - first));
             const DevicePlanes planes = grow(some);
-            for (std::size_t i = 0; i < some.size(); ++i) images.push_back(download(planes, i));
+            // While the device works: touching memory for the first time takes as long as a kernel.
+            for (std::size_t i = 0; i < some.size(); ++i) images.emplace_back(layout_.size, planes_, space_);
+            for (std::size_t i = 0; i < some.size(); ++i) download(planes, i, images[first + i]);
         }
         return images;
     }
@@ -287,14 +289,13 @@ class Synthesiser::Impl {
         return images;
     }
 
-    [[nodiscard]] Image download(const DevicePlanes& planes, std::size_t texture) const {
+    void download(const DevicePlanes& planes, std::size_t texture, Image& image) const {
         const Size size = layout_.size;
-        Image image(size, planes_, space_);
         const std::size_t plane_bytes = sizeof(float) * area(planes.lattice);
         const std::size_t offset = texture * static_cast<std::size_t>(planes_) * plane_bytes;
         if (planes.lattice == size) {
             device_->read(planes.values, image.values().data(), image.values().size_bytes(), offset);
-            return image;
+            return;
         }
         std::vector<float> plane(area(planes.lattice));
         const auto pitch = static_cast<std::size_t>(planes.lattice.width);
@@ -311,7 +312,6 @@ class Synthesiser::Impl {
                 std::copy(from.begin(), from.end(), target.subspan(r * width).begin());
             }
         }
-        return image;
     }
 
     Device::Impl* device_;

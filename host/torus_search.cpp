@@ -31,8 +31,11 @@ constexpr double singular = 1e13;
 // Steps along the edges of one square after which following the argument is given up: Λ is then near singular
 // along an edge.
 constexpr int most_steps = 1000;
-// κ below which a square's density is taken as that of its centre.
-constexpr double resolved = 0.25;
+// κ below which a square's density is taken as that of its centre, and below which it holds no zero.
+constexpr double resolved = 0.25, excluded = 1.0;
+// Densities are resolved within a budget of squares; the proof that there is no zero may take so many times
+// it.
+constexpr size_t proof_share = 16;
 
 struct Point {
     double row = 0.0, column = 0.0;
@@ -216,7 +219,7 @@ class Search {
     Search(const SpectralForm& form, const NodeValues& nodes)
         : form_(form), bounds_(form), nodes_(nodes), real_(form.is_markov() || is_real(form.lambda)) {
         result_.covariance.setZero(form.planes(), form.planes());
-        // Evaluations cost about d³; beyond this many, Λ is near singular along curves and not near points.
+        // Evaluations cost about d³.
         const double planes = form.planes();
         budget_ = static_cast<size_t>(150000.0 / std::max(1.0, planes * planes * planes / 64.0));
     }
@@ -228,8 +231,9 @@ class Search {
         size_t before = 0, visited = 0;
         for (int division = 0; !cells.empty(); ++division) {
             visited += cells.size();
-            const bool last = division == finest_division || visited > budget_;
-            const std::vector<Judgement> judged = judge_all(cells, division, last);
+            const bool last = division == finest_division || visited > proof_share * budget_;
+            const std::vector<Judgement> judged =
+                judge_all(cells, division, visited > budget_ ? excluded : resolved, last);
             const std::vector<Cell> suspects = suspects_among(cells, judged);
             if (real_ ? result_.zeros > 0 : count_zeros(suspects, division, before)) return result_;
             if (last) {
@@ -254,7 +258,9 @@ class Search {
     };
 
     /// Tests all cells and adds the densities of those that are not divided.
-    std::vector<Judgement> judge_all(const std::vector<Cell>& cells, int division, bool last) {
+    /// \param largest κ of a square that is not divided
+    std::vector<Judgement> judge_all(const std::vector<Cell>& cells, int division, double largest,
+                                     bool last) {
         std::vector<Judgement> judged(cells.size());
         constexpr size_t lanes = 64, chunk = 4 * lanes;
         const auto chunks = static_cast<int>((cells.size() + chunk - 1) / chunk);
@@ -283,8 +289,8 @@ class Search {
                     const double change = bounds_.change(cell.half, at, lane);
                     Judgement& judgement = judged[first + n];
                     judgement.singular_centre = !(at.inverse_norm(lane) < singular);
-                    judgement.suspect = !(change < 1.0);
-                    judgement.divide = !(change < resolved) && !last;
+                    judgement.suspect = !(change < excluded);
+                    judgement.divide = !(change < largest) && !last;
                     judgement.positive = at.determinant(lane).real() > 0.0;
                     // The node itself already counts in the means: it leaves them when its square is divided.
                     const double sign =

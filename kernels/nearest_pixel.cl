@@ -4,12 +4,10 @@
 // BTFIELD_PLANES d, BTFIELD_METRIC 0 max, 1 l1, 2 l2 squared, BTFIELD_CANDIDATES per pixel.
 
 #include "lanes.clh"
+#include "colour_distance.clh"
 
 #ifndef BTFIELD_PLANES
 #error "BTFIELD_PLANES is not defined"
-#endif
-#ifndef BTFIELD_METRIC
-#error "BTFIELD_METRIC (0, 1 or 2) is not defined"
 #endif
 #ifndef BTFIELD_CANDIDATES
 #error "BTFIELD_CANDIDATES is not defined"
@@ -22,18 +20,6 @@
 #define NONE 0xffffffffu
 
 #ifdef BTFIELD_KERNEL_nearest_candidates
-// The plain loop's float32 operations in its order.
-inline REALN accumulate(REALN sum, REALN difference, int i) {
-#if BTFIELD_METRIC == 0
-    return i == 0 ? difference : fmax(sum, difference);
-#elif BTFIELD_METRIC == 1
-    return i == 0 ? difference : sum + difference;
-#else
-    const REALN square = difference * difference;
-    return i == 0 ? square : sum + square;
-#endif
-}
-
 // Bit l set where lane l of the mask is.
 inline uint bits_of(INTN mask) {
     const UINTN bits = AS_UINTN(mask) & ((UINTN)(1u) << LANE_INDEX);

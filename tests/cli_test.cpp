@@ -252,11 +252,14 @@ TEST(Cli, FromPictureToTexture) {
         // A texture of 640 x 320 with some 20 pixels of correlation has about 500 independent patches: the
         // standard deviation of its standard deviation is near 1 / sqrt(2 · 500) = 3 %; five of them.
         EXPECT_LE(std::abs(plane["std_ratio"].get<double>() - 1.0), 0.15);
+        // That of its mean is 1 / sqrt(500) = 4.5 %; five of both, and a tenth for the shape.
+        EXPECT_LE(plane["quantile_error"].get<double>(), std::hypot(0.15, 0.225) + 0.1);
         EXPECT_DOUBLE_EQ(plane["std_ratio"].get<double>(),
                          plane["std"][1].get<double>() / plane["std"][0].get<double>());
     }
     const json same = expect_object({"compare", picture, picture}, here);
     EXPECT_EQ(same["lag_covariance_error"], 0.0);
+    EXPECT_EQ(same["planes"][0]["quantile_error"], 0.0);
     EXPECT_EQ(folder.names(), (Words{"cork.json", "more.png"}));
 }
 

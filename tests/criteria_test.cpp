@@ -72,6 +72,22 @@ TEST(criteria, scale_and_offset) {
     EXPECT_NEAR(compare(b, a).spectral_covariance_error, 0.75, rounding);
 }
 
+TEST(criteria, quantile_errors_are_in_units_of_the_reference) {
+    const Image a = one_plane({4, 4}, checks);
+    // Half of the values at −1 and half at 1 against the same doubled and moved by 3: differences 2 and 4.
+    const Image b = one_plane({4, 4}, [](int r, int c) { return 2.0 * checks(r, c) + 3.0; });
+    EXPECT_NEAR(quantile_errors(a, b).at(0), std::sqrt(10.0), rounding);
+    EXPECT_NEAR(quantile_errors(b, a).at(0), std::sqrt(10.0) / 2.0, rounding);
+    // Places do not matter, nor does the number of pixels; 3 of 8 values at 1 against 4 of 8: a step of 2 on
+    // 1/8.
+    const Image rows = one_plane({6, 2}, [](int r, int) { return r < 3 ? -1.0 : 1.0; });
+    EXPECT_EQ(quantile_errors(a, rows).at(0), 0.0);
+    const Image fewer = one_plane({8, 1}, [](int r, int) { return r < 5 ? -1.0 : 1.0; });
+    EXPECT_NEAR(quantile_errors(a, fewer).at(0), std::sqrt(4.0 / 8.0), rounding);
+    EXPECT_THROW(static_cast<void>(quantile_errors(one_plane({4, 4}, [](int, int) { return 1.0; }), a)),
+                 InputError);
+}
+
 TEST(criteria, lags_are_averaged) {
     // 4 x 4: h = 1 only. (0,0) and (0,1) agree; (1,0), (1,1), (1,−1) differ by 2.
     EXPECT_NEAR(compare(one_plane({4, 4}, checks), one_plane({4, 4}, stripes)).lag_covariance_error,

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <string>
@@ -15,6 +17,7 @@
 #include "host/experiment/results_database.hpp"
 #include "host/experiment/thumbnail.hpp"
 #include "tests/experiment_cases.hpp"
+#include "tests/run_program.hpp"
 
 namespace btfield {
 namespace {
@@ -215,6 +218,67 @@ TEST(ExperimentTable, PageIsCompleteAndAlone) {
     write_experiment_report(database, folder / "page.html", 1);
     EXPECT_EQ(count_of(test::bytes_of(folder / "page.html"), "<section class=\"picture\">"), 1U);
     EXPECT_THROW(write_experiment_report(database, folder / "absent" / "page.html"), InputError);
+}
+
+/// What the browser makes of the page, as JSON: a script at its end writes it into the document.
+nlohmann::json rendered(const fs::path& page, int window_width) {
+    std::string html = test::bytes_of(page);
+    html.insert(html.rfind("</body>"), R"html(<script>
+const all = query => [...document.querySelectorAll(query)];
+const box = element => element.getBoundingClientRect();
+const table = document.querySelector('table.memd'), plots = document.querySelector('.plots');
+const measured = document.createElement('pre');
+measured.id = 'measured';
+measured.textContent = JSON.stringify({
+    images: all('img').map(image => [image.complete, image.naturalWidth, image.naturalHeight, box(image).width]),
+    cells: all('table.memd tbody tr').map(row => [...row.cells].map(cell => cell.textContent)),
+    plots: all('.plots svg').map(plot => [box(plot).width, box(plot).height, plot.querySelectorAll('path').length]),
+    gap: box(plots).top - box(table).bottom,
+    colour: getComputedStyle(document.querySelector('td.least')).fontWeight,
+    width: document.documentElement.scrollWidth, window: document.documentElement.clientWidth});
+document.body.append(measured);
+</script>)html");
+    const fs::path copy = page.parent_path() / "measured.html";
+    std::ofstream(copy) << html;
+    const fs::path profile = page.parent_path() / "profile";
+    const test::Ended ended = test::run_program(
+        {"/usr/bin/env", "chromium", "--headless=new", "--no-sandbox", "--disable-gpu",
+         "--disable-dev-shm-usage", "--user-data-dir=" + profile.string(),
+         "--window-size=" + std::to_string(window_width) + ",900", "--dump-dom", "file://" + copy.string()});
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    const std::string start = "<pre id=\"measured\">";
+    const std::size_t from = ended.out.find(start);
+    if (from == std::string::npos) {
+        ADD_FAILURE() << "the browser measured nothing\n" << ended.out << ended.err;
+        return {};
+    }
+    const std::size_t begin = from + start.size();
+    return nlohmann::json::parse(ended.out.substr(begin, ended.out.find("</pre>", begin) - begin));
+}
+
+TEST(ExperimentTableLong, PageInABrowser) {
+    const TemporaryFolder folder;
+    write_experiment_report(known_results(folder), folder / "page.html");
+    for (const int width : {1400, 600}) {
+        SCOPED_TRACE(width);
+        const nlohmann::json page = rendered(folder / "page.html", width);
+        ASSERT_TRUE(page.is_object());
+        // Three originals and a kept texture, all decoded: 32 x 40 pixels, shown in squares.
+        ASSERT_EQ(page["images"].size(), 4U);
+        for (const nlohmann::json& image : page["images"])
+            EXPECT_EQ(image, nlohmann::json::array({true, 40, 32, 112}));
+        ASSERT_EQ(page["plots"].size(), 1U);
+        EXPECT_GT(page["plots"][0][0], 100.0);
+        EXPECT_GT(page["plots"][0][1], 50.0);
+        EXPECT_EQ(page["plots"][0][2], 3);
+        EXPECT_GE(page["gap"], 8.0);
+        EXPECT_EQ(page["colour"], "700");
+        EXPECT_LE(page["width"], page["window"]);  // nothing sticks out: wide tables scroll by themselves
+        // 2D CAR: (4 + 8) / 2 over pictures 1 and 2, 1 for picture 3.
+        EXPECT_EQ(page["cells"][0][0], "2D CAR");
+        EXPECT_EQ(page["cells"][0][1], "6.00");
+        EXPECT_EQ(page["cells"][0][3], "1.00");
+    }
 }
 
 TEST(ExperimentTable, Base64) {  // RFC 4648, section 10

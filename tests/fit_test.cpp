@@ -457,6 +457,30 @@ TEST(Fit, SymmetricLeastSquaresFailsItsCertificateOnARealPicture) {
     EXPECT_TRUE(is_valid(fit(device(), image, options)));
 }
 
+TEST(Fit, UnstableCausalLeastSquaresGivesWayToLikelihood) {
+    FitOptions options;
+    options.model = ModelKind::car2d;
+    options.levels = 2;
+    options.order = 3;
+    // 64 x 64 pixels at the coarse level, few for their long correlations.
+    const Image image = read_picture(pictures / "cork.png").image.crop(0, 0, {128, 128});
+    options.estimator = EstimatorChoice::least_squares;
+    const TextureModel unstable = fit(device(), image, options);
+    ASSERT_FALSE(unstable.levels[1].certificate.valid);
+    for (const EstimatorChoice choice : {EstimatorChoice::automatic, EstimatorChoice::maximum_likelihood}) {
+        options.estimator = choice;
+        const TextureModel model = fit(device(), image, options);
+        EXPECT_TRUE(is_valid(model));
+        EXPECT_EQ(model.levels[0].estimator, Estimator::least_squares);
+        EXPECT_EQ(model.levels[1].estimator, Estimator::maximum_likelihood);
+        EXPECT_TRUE(std::holds_alternative<CarModel>(model.levels[1].models[0]));
+        for (const double ratio : model.levels[1].certificate.variance_ratio) {
+            EXPECT_GT(ratio, 0.5);
+            EXPECT_LT(ratio, 2.0);
+        }
+    }
+}
+
 struct Promise {
     const char* file;
     double covariance, deviation;

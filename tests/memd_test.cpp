@@ -220,6 +220,42 @@ TEST(Memd, EveryInstructionSet) {
             }
 }
 
+/// Boxes stay the same whichever instruction set brings them up to date, and are those of what is left.
+TEST(Memd, EveryInstructionSetTightensBoxes) {
+    std::mt19937 generator(7);
+    for (const int planes : {1, 3, 6}) {
+        const Colours colours{planes,
+                              reference::colours(picture(generator, {21, 19}, planes, 0, -0.5F, 1.0F), 1.0)};
+        ColourTree tree(colours, Metric::max);
+        const auto updates = box_updates();
+        ASSERT_FALSE(updates.empty());
+        const std::size_t blocks = tree.arrays().first.size() / ColourTree::lanes;
+        while (tree.left() > 0) {
+            // Whole blocks empty one after the other, others lose a few.
+            std::uint32_t slot = 0;
+            while (tree.first(slot) == ColourTree::none) ++slot;
+            tree.take(slot);
+            if (tree.left() % 16 != 0) continue;
+            for (const auto& update : updates) {
+                ColourTreeArrays arrays = tree.arrays();
+                for (std::size_t block = 0; block < blocks; ++block) {
+                    EXPECT_FALSE(update(arrays, 0, block));
+                    const std::size_t box = block / 16 * 32 * static_cast<std::size_t>(planes) + block % 16;
+                    const float kept = arrays.boxes[box];
+                    arrays.boxes[box] = -1e9F;
+                    EXPECT_TRUE(update(arrays, 0, block));
+                    EXPECT_EQ(arrays.boxes[box], kept);
+                }
+                for (std::size_t block = 0; block < (blocks + 15) / 16; ++block)
+                    EXPECT_FALSE(arrays.levels() > 1 && update(arrays, 1, block));
+                EXPECT_EQ(arrays.boxes, tree.arrays().boxes);
+                EXPECT_EQ(arrays.lowest, tree.arrays().lowest);
+            }
+        }
+        for (std::size_t box = 0; box < blocks; ++box) EXPECT_EQ(tree.arrays().lowest[box], ColourTree::none);
+    }
+}
+
 /// Sizes from one pixel to some dozens, few and many levels, overlapping and disjoint ranges.
 struct RandomCase {
     Image a, b;
@@ -275,7 +311,8 @@ Memd in_blocks(Device& on, const RandomCase& one, const MemdBlocks& blocks, std:
 /// Planes and metrics that kernels are built for.
 using Kernels = std::vector<std::pair<int, Metric>>;
 
-void compare_blocks(Device& on, const Kernels& kernels, unsigned seed, int cases, int largest_side) {
+void compare_blocks(Device& on, const Kernels& kernels, unsigned seed, int cases, int largest_side,
+                    bool exhaustive = false) {
     std::mt19937 generator(seed);
     std::size_t pixels = 0, on_host = 0;
     for (int k = 0; k < cases; ++k) {
@@ -288,6 +325,7 @@ void compare_blocks(Device& on, const Kernels& kernels, unsigned seed, int cases
         blocks.largest = 64;
         blocks.parts = 6;
         blocks.hopeless = 2.0;  // never gives up
+        blocks.exhaustive = exhaustive;
         std::size_t searched = 0;
         const Memd found = in_blocks(on, one, blocks, searched);
         const Memd expected = reference::memd(one.a, one.b, one.options);
@@ -327,6 +365,57 @@ TEST(Memd, BlocksAtEveryWidth) {
     }
 }
 
+TEST(Memd, ExhaustiveAtEveryWidth) {
+    for (const int width : test::vector_widths) {
+        SCOPED_TRACE(width);
+        Device on = test::device_of_width(width);
+        compare_blocks(on, {{3, Metric::max}, {1, Metric::l2}}, 60U + static_cast<unsigned>(width), 30, 20,
+                       true);
+    }
+}
+
+TEST(Memd, EverySearchOnPictures) {
+    std::mt19937 generator(8);
+    const RandomCase one{picture(generator, {40, 31}, 3, 0), picture(generator, {37, 33}, 3, 20), {}};
+    const Memd expected = reference::memd(one.a, one.b);
+    for (const MemdSearch search :
+         {MemdSearch::automatic, MemdSearch::host_tree, MemdSearch::device_tree, MemdSearch::exhaustive}) {
+        Device on;
+        expect_equal(with_errors(on, one.a, one.b, {.search = search}), expected);
+        // The device searches when it is asked to, and a CPU only then.
+        const bool asked = search == MemdSearch::device_tree || search == MemdSearch::exhaustive;
+        EXPECT_EQ(on.launch_count() > 0, asked) << static_cast<int>(search);
+    }
+}
+
+TEST(Memd, SearchFollowsDeviceAndPictures) {
+    Device on;
+    const auto choice = [&](std::size_t pixels, std::size_t colours) {
+        return chosen_search(on.impl(), MemdSearch::automatic, pixels, colours);
+    };
+    const bool cpu = on.impl().is_cpu();
+    EXPECT_EQ(choice(100, 100), MemdSearch::host_tree);
+    EXPECT_EQ(choice(1000000, 100), cpu ? MemdSearch::host_tree : MemdSearch::exhaustive);
+    EXPECT_EQ(choice(1000000, 1000000), cpu ? MemdSearch::host_tree : MemdSearch::device_tree);
+    EXPECT_EQ(chosen_search(on.impl(), MemdSearch::exhaustive, 1, 1), MemdSearch::exhaustive);
+}
+
+/// What Oclgrind runs: every kernel, several blocks, a tail.
+TEST(MemdSmall, EveryKernel) {
+    std::mt19937 generator(9);
+    const RandomCase one{picture(generator, {5, 9}, 3, 0), picture(generator, {7, 5}, 3, 9), {}};
+    for (const bool exhaustive : {false, true}) {
+        MemdBlocks blocks;
+        blocks.device_from = 1;
+        blocks.smallest = 16;
+        blocks.largest = 20;
+        blocks.hopeless = 2.0;
+        blocks.exhaustive = exhaustive;
+        std::size_t searched = 0;
+        expect_equal(in_blocks(device(), one, blocks, searched), reference::memd(one.a, one.b));
+    }
+}
+
 TEST(MemdLong, TenThousandRandomPictures) {
     compare_random_cases(device(), 2, 8000, 13);
     for (const int width : test::vector_widths) {
@@ -336,6 +425,9 @@ TEST(MemdLong, TenThousandRandomPictures) {
             on, {{1, Metric::l1}, {3, Metric::max}, {3, Metric::l2}, {6, Metric::l1}, {31, Metric::l2}},
             300U + static_cast<unsigned>(width), 500, 20);
         compare_blocks(on, {{3, Metric::max}}, 400U + static_cast<unsigned>(width), 40, 60);
+        compare_blocks(
+            on, {{1, Metric::l1}, {3, Metric::max}, {3, Metric::l2}, {6, Metric::l1}, {31, Metric::l2}},
+            500U + static_cast<unsigned>(width), 300, 20, true);
     }
 }
 

@@ -14,13 +14,15 @@ struct Options {
     bool json = false;
 };
 
-void report_json(const Comparison& comparison) {
+void report_json(const Comparison& comparison, const std::vector<double>& quantile_errors) {
     Json planes = Json::array();
-    for (const Comparison::Plane& plane : comparison.planes) {
+    for (std::size_t i = 0; i < comparison.planes.size(); ++i) {
+        const Comparison::Plane& plane = comparison.planes[i];
         Json entry;
         entry["mean"] = Json::array({number(plane.mean[0]), number(plane.mean[1])});
         entry["std"] = Json::array({number(plane.std[0]), number(plane.std[1])});
         entry["std_ratio"] = number(plane.std_ratio);
+        entry["quantile_error"] = number(quantile_errors[i]);
         planes.push_back(std::move(entry));
     }
     Json object;
@@ -30,26 +32,29 @@ void report_json(const Comparison& comparison) {
     emit_json(object);
 }
 
-void report_text(const Comparison& comparison) {
-    std::vector<std::vector<std::string>> rows{{"plane", "mean A", "mean B", "std A", "std B", "std B/A"}};
+void report_text(const Comparison& comparison, const std::vector<double>& quantile_errors) {
+    std::vector<std::vector<std::string>> rows{
+        {"plane", "mean A", "mean B", "std A", "std B", "std B/A", "quantile error"}};
     for (std::size_t i = 0; i < comparison.planes.size(); ++i) {
         const Comparison::Plane& plane = comparison.planes[i];
         rows.push_back({std::to_string(i), number_text(plane.mean[0]), number_text(plane.mean[1]),
-                        number_text(plane.std[0]), number_text(plane.std[1]), number_text(plane.std_ratio)});
+                        number_text(plane.std[0]), number_text(plane.std[1]), number_text(plane.std_ratio),
+                        number_text(quantile_errors[i])});
     }
     emit_text(table(rows, "r") + "lag covariance error " + number_text(comparison.lag_covariance_error) +
               ", spectral covariance error " + number_text(comparison.spectral_covariance_error) +
-              " of A's\n");
+              " of A's; quantile errors in A's standard deviations\n");
 }
 
 void run(const Options& options) {
     const Image a = read_picture(options.a).image;
     const Image b = read_picture(options.b).image;
     const Comparison comparison = compare(a, b);
+    const std::vector<double> errors = quantile_errors(a, b);
     if (options.json) {
-        report_json(comparison);
+        report_json(comparison, errors);
     } else {
-        report_text(comparison);
+        report_text(comparison, errors);
     }
 }
 

@@ -27,7 +27,7 @@ h3{font-size:1em;margin:1.4em 0 .4em}.quiet{color:#666;font-weight:normal}
 th,td{padding:.15em .7em;text-align:right;white-space:nowrap}th:first-child,td:first-child{text-align:left}
 thead th{border-bottom:1px solid #888}tbody tr:nth-child(even){background:#f4f4f4}tr.colour td{color:#555}
 tr.first td{border-top:1px solid #888}td.least{font-weight:bold}
-.plots{display:flex;flex-wrap:wrap;gap:1em}.plots svg{width:420px;max-width:100%}
+.plots{display:flex;flex-wrap:wrap;gap:1em;margin-top:1.5em}.plots svg{width:420px;max-width:100%}
 svg text{font:11px system-ui,sans-serif;fill:#444}svg .title text{font-size:13px;fill:#222}
 svg .axis line{stroke:#ddd}.legend span{margin-right:1.2em;white-space:nowrap}
 .legend svg{width:34px;height:10px;vertical-align:middle;margin-right:.4em}

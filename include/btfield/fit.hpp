@@ -17,8 +17,9 @@
 
 namespace btfield {
 
-/// Which estimator to use. Of CAR models least squares is maximum likelihood, and moving averages have the
-/// random decrement estimate alone: the choice means nothing to either.
+/// Which estimator to use. Of CAR models least squares is maximum likelihood where it certifies, so
+/// `automatic` and `maximum_likelihood` are the same; moving averages have the random decrement estimate
+/// alone.
 enum class EstimatorChoice {
     /// Least squares where it certifies with a variance within 20 % of the data's, maximum likelihood where
     /// not,

@@ -35,6 +35,17 @@ enum class ColourSpace {
 /// Inverse of name(); throws InputError for any other text.
 [[nodiscard]] ColourSpace colour_space(std::string_view name);
 
+/// Memory of pictures. From 2 MiB on in huge pages where the system has them: touching fresh memory page by
+/// page takes as long as filling it with texture.
+template <class Value>
+struct PictureAllocator {
+    using value_type = Value;
+    [[nodiscard]] Value* allocate(std::size_t count);
+    void deallocate(Value* values, std::size_t count) noexcept;
+    friend bool operator==(PictureAllocator, PictureAllocator) { return true; }
+};
+extern template struct PictureAllocator<float>;
+
 /// Planar float32 picture, layout [plane][row][column]. A value type.
 /// 8-bit and 16-bit sources are scaled to [0, 1]; float sources keep their values.
 class Image {
@@ -75,7 +86,7 @@ class Image {
     Size size_;
     int planes_ = 0;
     ColourSpace space_ = ColourSpace::unspecified;
-    std::vector<float> values_;
+    std::vector<float, PictureAllocator<float>> values_;
 };
 
 }  // namespace btfield

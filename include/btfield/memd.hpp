@@ -30,11 +30,24 @@ enum class Metric {
 /// Largest distance of two colours in units 0…255: 255 for max, 255 d for l1, 255 √d for l2.
 [[nodiscard]] double memd_max(Metric metric, int planes);
 
+/// How nearest pixels are found. Results are equal to the bit, times are not.
+enum class MemdSearch {
+    /// On a CPU the host's tree: the device's cores are the host's, and blocks of candidates cost more than
+    /// they
+    /// save. On other devices device_tree, exhaustive where B has few colours, host_tree for a few thousand
+    /// pixels.
+    automatic,
+    host_tree,    ///< a tree of B's colours, searched on one core for one pixel after the other
+    device_tree,  ///< candidates of whole blocks of pixels from the same tree on the device
+    exhaustive,   ///< candidates from comparing with every colour of B on the device: the baseline
+};
+
 struct MemdOptions {
     Metric metric = Metric::max;
     /// Value of each picture, A and B, that is 255 units: 1 for pictures in [0, 1], the white level for HDR.
     std::array<double, 2> white{1.0, 1.0};
     bool local_errors = false;  ///< fill Memd::local_errors
+    MemdSearch search = MemdSearch::automatic;
 };
 
 struct Memd {
@@ -58,7 +71,8 @@ struct Memd {
 [[nodiscard]] Memd memd(Device& device, const Image& a, const Image& b, const MemdOptions& options);
 [[nodiscard]] Memd memd(Device& device, const Image& a, const Image& b, Metric metric = Metric::max);
 
-/// One reference A held against many candidates: A's colours are prepared once and stay on the device.
+/// One reference A held against many candidates: A's colours are prepared once, and stay on a device that
+/// searches.
 class MemdReference {
   public:
     MemdReference(Device& device, const Image& a, const MemdOptions& options = {});
