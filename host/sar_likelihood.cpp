@@ -262,6 +262,7 @@ class Fit {
 
     [[nodiscard]] int steps() const { return steps_; }
     [[nodiscard]] const Problem& problem() const { return problem_; }
+    void set_pace(Pace pace) { pace_ = pace; }
 
     /// From white noise through smaller models.
     VectorXd grow(int side, SarObjective::Guard guard, double tolerance) {
@@ -284,7 +285,7 @@ class Fit {
         for (int grid = first_side; grid < side; grid *= 2) {
             whole_.set_grid(grid);
             x = run(whole_, x, tolerance).x;
-            tolerance = middle_tolerance;
+            tolerance = pace_ == Pace::brisk ? middle_tolerance : loose_tolerance;
         }
         whole_.set_grid(side);
         Candidate result = examined(run(whole_, x, last_tolerance));
@@ -312,7 +313,7 @@ class Fit {
 
   private:
     Descent run(SarObjective& objective, const VectorXd& x, double tolerance) {
-        Descent end = descend(objective, x, tolerance, options_.most_steps);
+        Descent end = descend(objective, x, tolerance, options_.most_steps, pace_);
         steps_ += end.steps;
         return end;
     }
@@ -325,12 +326,14 @@ class Fit {
         result.end = std::move(end);
         return result;
     }
-    static constexpr double first_tolerance = 1e-3, middle_tolerance = 1e-9, last_tolerance = 1e-15;
+    static constexpr double first_tolerance = 1e-3, middle_tolerance = 1e-9, loose_tolerance = 1e-7,
+                            last_tolerance = 1e-15;
 
     const LagCovariance& statistic_;
     const LikelihoodOptions& options_;
     Problem problem_;
     SarObjective whole_;
+    Pace pace_ = Pace::brisk;
     int steps_ = 0;
 };
 
@@ -374,12 +377,19 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, Neighbourhoo
         "use least squares (--estimator ls), a 2d-msar model, or a lower order");
     Fit fit(statistic, least_squares, noise, options);
     constexpr SarObjective::Guard usual{1.0, 2.0}, tight{1.0, 1.0}, strong{10.0, 1.0};
-    const VectorXd grown = fit.grow(32, usual, 1e-2);
+    VectorXd grown = fit.grow(32, usual, 1e-2);
     Candidate best = fit.finish(grown, 32, 128, usual);
     const auto consider = [&](Candidate other) {
         if (other.valid() && (!best.valid() || other.end.likelihood < best.end.likelihood))
             best = std::move(other);
     };
+    // The objective has many optima, and which one is found depends on the way: near singular models small
+    // steps end at a valid one more often than long ones.
+    if (!best.valid()) {
+        fit.set_pace(Pace::cautious);
+        grown = fit.grow(32, usual, 1e-2);
+        consider(fit.finish(grown, 32, 128, usual));
+    }
     if (!best.valid()) consider(fit.finish(grown, 64, 256, tight));
     if (!best.valid()) consider(fit.finish(fit.problem().white(), 64, 256, strong));
     // Least squares may be near a better optimum.

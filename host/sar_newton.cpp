@@ -35,9 +35,9 @@ class Inverse {
 
 /// a of the path x + t v + t² a that follows a curved valley: −½ H⁻¹ ∇³f[v, v] (Transtrum and Sethna's
 /// geodesic acceleration), from the gradient a small way along v. Its part along v, in the metric of H, only
-/// changes the pace: it is left out, for it is the largest by far where the valley is flat.
+/// changes the pace: brisk steps leave it out, for where the valley is flat it is the largest by far.
 VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::Derivatives& at,
-              const Inverse& inverse, const VectorXd& step) {
+              const Inverse& inverse, const VectorXd& step, Pace pace) {
     constexpr double way = 0.1;
     if (inverse.indefinite() || !std::isfinite(objective.value(x + way * step)))
         return VectorXd::Zero(x.size());
@@ -46,7 +46,7 @@ VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::De
     const VectorXd third = (objective.gradient() - at.gradient - way * linear) / (way * way);
     VectorXd result = -inverse.apply(third);
     const double limit = step.dot(linear);
-    result -= result.dot(linear) / limit * step;
+    if (pace == Pace::brisk) result -= result.dot(linear) / limit * step;
     // Longer than the step itself it tells nothing.
     const VectorXd along = hessian * result;
     const double length = result.dot(along);
@@ -57,7 +57,7 @@ VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::De
 
 }  // namespace
 
-Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_steps) {
+Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_steps, Pace pace) {
     Descent result;
     result.x = std::move(x);
     result.value = objective.value(result.x);
@@ -72,7 +72,7 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
         result.converged = -0.5 * slope <= tolerance;
         if (result.converged || result.steps >= most_steps || !std::isfinite(slope)) return result;
         VectorXd curve = VectorXd::Zero(step.size());
-        if (-0.5 * slope > 1e-12) curve = bend(objective, result.x, at, inverse, step);
+        if (-0.5 * slope > 1e-12) curve = bend(objective, result.x, at, inverse, step, pace);
         // Differences of f below its own rounding decide nothing.
         const double rounding = 1e-14 * (1.0 + std::abs(result.value));
         double length = 1.0, value = 0.0;
@@ -87,7 +87,8 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
             }
         }
         // On, as far as f falls, where it fell by more than its derivatives promise.
-        for (bool further = length == 1.0 && result.value - value > -0.75 * slope; further;) {
+        for (bool further = pace == Pace::brisk && length == 1.0 && result.value - value > -0.75 * slope;
+             further;) {
             const VectorXd there = result.x + 2.0 * length * step + (4.0 * length * length) * curve;
             const double lower = objective.value(there);
             further = lower < value;

@@ -15,8 +15,15 @@ struct Descent {
     bool converged = false;
 };
 
+/// How far a step goes.
+enum class Pace {
+    brisk,     ///< along the bend of a flat valley, and on as long as f falls by more than foreseen
+    cautious,  ///< no further than a step of Newton's, and less where the valley bends
+};
+
 /// Newton's method with Armijo's rule from x, until a step would gain less than `tolerance`. Where the
-/// Hessian is not positive definite, as much of 2 C_model(t − s) is added as makes it so.
-[[nodiscard]] Descent descend(SarObjective& objective, Eigen::VectorXd x, double tolerance, int most_steps);
+/// Hessian is not positive definite, its eigenvalues count with their absolute values: saddle points repel.
+[[nodiscard]] Descent descend(SarObjective& objective, Eigen::VectorXd x, double tolerance, int most_steps,
+                              Pace pace);
 
 }  // namespace btfield
