@@ -4,7 +4,9 @@
 set -euo pipefail
 source=$1 build=$2 compiler=$3
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+# Beside the folder of the shared build: the same relative paths, so that ccache has most of it already.
+static_build=$(dirname "$build")/install_test_static
+trap 'rm -rf "$work" "$static_build"' EXIT
 
 check() { # check PREFIX PKG_CONFIG_FLAGS...
     local prefix=$1
@@ -30,9 +32,9 @@ check "$work/moved"
 "$work/moved/bin/btfield" --version
 
 echo "Static"
-cmake -S "$source" -B "$work/static-build" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release \
+cmake -S "$source" -B "$static_build" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release \
     -DBUILD_SHARED_LIBS=OFF -DBTFIELD_BUILD_TESTS=OFF -DBTFIELD_BUILD_EXAMPLES=OFF >"$work/log" ||
     { cat "$work/log"; exit 1; }
-cmake --build "$work/static-build" -- --quiet
-cmake --install "$work/static-build" --prefix "$work/static" >/dev/null
+cmake --build "$static_build" -- --quiet
+cmake --install "$static_build" --prefix "$work/static" >/dev/null
 check "$work/static" --static
