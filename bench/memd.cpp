@@ -117,8 +117,8 @@ void add_memd() {
         int largest;  ///< side up to which the peer takes seconds, not minutes
     };
     for (const Situation& one :
-         {Situation{"similar", similar, 800}, Situation{"dark/bright", dark_and_bright, 256},
-          Situation{"few/many", few_and_many, 256}, Situation{"all equal", all_equal, 128}})
+         {Situation{"similar", similar, 800}, Situation{"dark/bright", dark_and_bright, 512},
+          Situation{"few/many", few_and_many, 512}, Situation{"all equal", all_equal, 128}})
         for (const int side : {128, 256, 512, 800})
             for (const bool eight_bit : {true, false})
                 if (side <= one.largest)
