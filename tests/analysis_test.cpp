@@ -7,13 +7,13 @@
 #include "btfield/fit.hpp"
 #include "btfield/image_io.hpp"
 #include "host/likelihood.hpp"
+#include "tests/device_cases.hpp"
 
 namespace btfield {
 namespace {
 
 Device& device() {
-    static Device opened;
-    return opened;
+    return test::default_device();
 }
 
 Image crop_of_cork() {

@@ -3,9 +3,12 @@
 // What the tests of device code have in common: sizes, plane counts, vector widths, and how to open a device
 // with one.
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <ostream>
 #include <random>
 #include <string>
@@ -44,6 +47,24 @@ inline Device device_of_width(int width, FftBackend fft = FftBackend::lanes) {
     options.vector_width = width;
     options.fft = fft;
     return Device({}, options);
+}
+
+namespace detail {
+/// Opened once, closed after the last test: Oclgrind's own bookkeeping is gone when static objects are
+/// destroyed.
+class SharedDevice : public testing::Environment {
+  public:
+    void TearDown() override { opened.reset(); }
+    static inline std::unique_ptr<Device> opened;
+};
+inline const testing::Environment* const shared_device = testing::AddGlobalTestEnvironment(new SharedDevice);
+}  // namespace detail
+
+/// The device that is chosen unless told, for tests that ask nothing special of it.
+inline Device& default_device() {
+    auto& opened = detail::SharedDevice::opened;
+    if (!opened) opened = std::make_unique<Device>();
+    return *opened;
 }
 
 template <class T>

@@ -13,6 +13,7 @@
 #include "btfield/image_io.hpp"
 #include "btfield/theory.hpp"
 #include "host/spectral_density.hpp"
+#include "tests/device_cases.hpp"
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
@@ -21,8 +22,7 @@ namespace {
 const std::filesystem::path pictures = BTFIELD_TEST_DATA;
 
 Device& device() {
-    static Device opened;
-    return opened;
+    return test::default_device();
 }
 
 /// White noise, smoothed along both axes and mixed between planes.

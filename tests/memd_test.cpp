@@ -51,8 +51,7 @@ Image picture(std::mt19937& generator, Size size, int planes, int levels, float 
 }
 
 Device& device() {
-    static Device opened;
-    return opened;
+    return test::default_device();
 }
 
 Memd with_errors(Device& on, const Image& a, const Image& b, MemdOptions options = {}) {

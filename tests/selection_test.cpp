@@ -18,6 +18,7 @@
 #include "host/correlated_support.hpp"
 #include "host/model_density.hpp"
 #include "host/theory.hpp"
+#include "tests/device_cases.hpp"
 #include "tests/example_model.hpp"
 #include "tests/linear_field_cases.hpp"
 
@@ -27,8 +28,7 @@ namespace {
 using std::size_t;
 
 Device& device() {
-    static Device opened;
-    return opened;
+    return test::default_device();
 }
 
 /// Levels of one family on a pyramid of this picture.
