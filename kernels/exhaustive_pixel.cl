@@ -1,22 +1,7 @@
 // Candidates for the nearest pixel that is left, by comparing with every colour: the search of MEMD without a tree. Lanes
 // lie across pixels of A, which stay in registers while the colours of B go by in blocks of 16.
-//
-// BTFIELD_PLANES d, BTFIELD_METRIC 0 max, 1 l1, 2 l2 squared, BTFIELD_CANDIDATES per pixel.
 
-#include "lanes.clh"
-#include "colour_distance.clh"
-
-#ifndef BTFIELD_PLANES
-#error "BTFIELD_PLANES is not defined"
-#endif
-#ifndef BTFIELD_CANDIDATES
-#error "BTFIELD_CANDIDATES is not defined"
-#endif
-
-#define D BTFIELD_PLANES
-#define K BTFIELD_CANDIDATES
-#define BRANCHES 16
-#define NONE 0xffffffffu
+#include "colour_candidates.clh"
 
 inline UINTN choose_uint(INTN mask, UINTN a, UINTN b) { return (a & AS_UINTN(mask)) | (b & AS_UINTN(~mask)); }
 

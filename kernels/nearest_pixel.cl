@@ -1,23 +1,9 @@
 // Candidates for the nearest pixel that is left, from the tree of a picture's colours (host/colour_tree.hpp has its
 // layout): the search of MEMD. Lanes lie across the 16 branches of a block.
-//
-// BTFIELD_PLANES d, BTFIELD_METRIC 0 max, 1 l1, 2 l2 squared, BTFIELD_CANDIDATES per pixel.
 
-#include "lanes.clh"
-#include "colour_distance.clh"
+#include "colour_candidates.clh"
 
-#ifndef BTFIELD_PLANES
-#error "BTFIELD_PLANES is not defined"
-#endif
-#ifndef BTFIELD_CANDIDATES
-#error "BTFIELD_CANDIDATES is not defined"
-#endif
-
-#define D BTFIELD_PLANES
-#define K BTFIELD_CANDIDATES
-#define BRANCHES 16
 #define MOST_LEVELS 8
-#define NONE 0xffffffffu
 
 #ifdef BTFIELD_KERNEL_nearest_candidates
 // Bit l set where lane l of the mask is.
