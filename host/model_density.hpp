@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "btfield/models.hpp"
-#include "host/analysis.hpp"
 #include "host/folded_periodogram.hpp"
 
 namespace btfield {

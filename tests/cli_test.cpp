@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -14,8 +12,8 @@
 
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
+#include "tests/cli_cases.hpp"
 #include "tests/example_model.hpp"
-#include "tests/picture_files.hpp"
 #include "tests/run_program.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -23,55 +21,19 @@ namespace btfield {
 namespace {
 
 using nlohmann::json;
+using test::btfield;
 using test::bytes_of;
 using test::Ended;
-using test::put_bytes;
+using test::expect_failure;
+using test::expect_keys;
+using test::expect_object;
+using test::put_model;
 using test::Surroundings;
 using test::TemporaryFolder;
-using Words = std::vector<std::string>;
+using test::text_of;
+using test::Words;
 
 const std::string data = BTFIELD_TEST_DATA;
-
-Ended btfield(Words words, const Surroundings& around = {}) {
-    words.insert(words.begin(), BTFIELD_CLI);
-    return test::run_program(std::move(words), around);
-}
-
-std::string text_of(const Words& words) {
-    std::string text = "btfield";
-    for (const std::string& word : words) text += " " + word;
-    return text;
-}
-
-/// The exit code, nothing on standard output, and one line on standard error that has all three parts.
-void expect_failure(const Words& words, int code, const std::string& part, const Surroundings& around = {}) {
-    SCOPED_TRACE(text_of(words));
-    const Ended ended = btfield(words, around);
-    EXPECT_EQ(ended.code, code) << ended.err;
-    EXPECT_EQ(ended.out, "");
-    EXPECT_EQ(ended.err.rfind("btfield: ", 0), 0U) << ended.err;
-    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
-    EXPECT_EQ(ended.err.back(), '\n');
-    EXPECT_NE(ended.err.find(": ", 9), std::string::npos) << ended.err;
-    EXPECT_NE(ended.err.find("; "), std::string::npos) << ended.err;
-    EXPECT_NE(ended.err.find(part), std::string::npos) << "expected '" << part << "' in: " << ended.err;
-}
-
-/// Success with exactly one JSON object on standard output and nothing on standard error.
-json expect_object(Words words, const Surroundings& around = {}) {
-    SCOPED_TRACE(text_of(words));
-    words.emplace_back("--json");
-    const Ended ended = btfield(words, around);
-    EXPECT_EQ(ended.code, 0) << ended.err;
-    EXPECT_EQ(ended.err, "");
-    json object = json::parse(ended.out, nullptr, false);
-    EXPECT_TRUE(object.is_object()) << ended.out;
-    return object;
-}
-
-void expect_keys(const json& object, const Words& keys) {
-    for (const std::string& key : keys) EXPECT_TRUE(object.contains(key)) << key << " in " << object;
-}
 
 /// Numbers of seconds, none negative.
 void expect_seconds(const json& object, const Words& keys) {
@@ -91,12 +53,6 @@ void expect_model_keys(const json& object) {
         expect_keys(level["certificate"], {"valid", "min_singular", "variance_ratio"});
         EXPECT_EQ(level["certificate"]["variance_ratio"].size(), object["planes"].get<std::size_t>());
     }
-}
-
-/// A small model on disk, without a fit.
-void put_model(const std::filesystem::path& path,
-               const TextureModel& model = test::example_model(ModelKind::car3d, 3, 2)) {
-    write_model(path, model);
 }
 
 // Help and usage
@@ -450,137 +406,6 @@ TEST(Cli, ModelsThatDoNotCertify) {
     EXPECT_EQ(insisted.code, 0) << insisted.err;
     EXPECT_EQ(insisted.err.rfind("btfield: warning: ", 0), 0U) << insisted.err;
     EXPECT_TRUE(std::filesystem::exists(folder / "t.exr"));
-}
-
-// What cannot be met
-// -------------------------------------------------------------------------------------------
-
-TEST(Cli, BadPictures) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    const std::string png = bytes_of(data + "/cork.png");
-    put_bytes(folder / "truncated.png", png.substr(0, png.size() / 2));
-    put_bytes(folder / "text.png", "This is not a picture.\n");
-    put_bytes(folder / "empty.png", "");
-    std::vector<float> values(768, 0.25F);  // 16 x 16, 3 channels
-    values[100] = std::numeric_limits<float>::quiet_NaN();
-    test::write_foreign(folder / "nan.exr", OIIO::ImageSpec(16, 16, 3, OIIO::TypeDesc::FLOAT), values);
-    const Words before = folder.names();
-    for (const char* name : {"truncated.png", "text.png", "empty.png", "nan.exr", "absent.png", "."}) {
-        expect_failure({"fit", name, "-o", "m.json"}, 1, name, here);
-    }
-    expect_failure({"compare", data + "/cork.png", "truncated.png"}, 1, "truncated.png", here);
-    expect_failure({"fit", data + "/cork.png", "-o", "m.json", "--crop", "500,500,20,20"}, 1, "cork.png",
-                   here);
-    EXPECT_EQ(folder.names(), before);
-}
-
-TEST(Cli, PicturesWithoutAModel) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    const Image constant({32, 32}, 1);
-    write_picture(folder / "constant.png", constant);
-    expect_failure({"fit", "constant.png", "-o", "m.json"}, 1, "all its pixels are equal", here);
-    expect_failure({"compare", "constant.png", "constant.png"}, 1, "constant", here);
-    expect_failure({"fit", data + "/cork.png", "-o", "m.json", "--crop", "0,0,16,16", "--levels", "4"}, 1,
-                   "levels", here);
-    expect_failure({"fit", data + "/cork.png", "-o", "m.json", "--neighbourhood", "symmetric"}, 1, "causal",
-                   here);
-    expect_failure({"compare", data + "/cork.png", data + "/grass.png"}, 1, "planes", here);
-    EXPECT_EQ(folder.names(), Words{"constant.png"});
-}
-
-TEST(Cli, BadModels) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "good.btfm");
-    const std::string text = to_json(test::example_model());
-    json value = json::parse(text);
-    value["levels"][0]["models"][0]["coefficients"].erase(0);
-    put_bytes(folder / "count.json", value.dump());
-    value = json::parse(text);
-    value["version"] = {2, 0};
-    put_bytes(folder / "newer.json", value.dump());
-    put_bytes(folder / "empty.json", "");
-    put_bytes(folder / "half.json", text.substr(0, text.size() / 2));
-    const std::string cbor = bytes_of(folder / "good.btfm");
-    put_bytes(folder / "half.btfm", cbor.substr(0, cbor.size() / 2));
-    std::filesystem::remove(folder / "good.btfm");
-    const Words before = folder.names();
-    for (const char* name :
-         {"empty.json", "count.json", "newer.json", "half.json", "half.btfm", "absent.json", "."}) {
-        expect_failure({"synth", name, "-o", "t.png"}, 1, name, here);
-    }
-    expect_failure({"info", "count.json"}, 1, "15 coefficients instead of 16", here);
-    expect_failure({"info", "newer.json"}, 1, "newer btfield", here);
-    expect_failure({"synth", data + "/cork.png", "-o", "t.png"}, 1, "cork.png", here);
-    EXPECT_EQ(folder.names(), before);
-}
-
-TEST(Cli, UnwritableOutputs) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "m.json");
-    std::filesystem::create_directories(folder / "folder" / "m.png");
-    std::filesystem::copy_file(data + "/sand.png", folder / "sand.png");
-    const std::string sand = bytes_of(folder / "sand.png");
-    const Words before = folder.names();
-    expect_failure({"fit", "sand.png", "-o", "absent/m.json"}, 1, "absent", here);
-    expect_failure({"fit", "sand.png", "-o", "m.json/m.json"}, 1, "m.json", here);
-    expect_failure({"fit", "sand.png", "-o", "sand.png"}, 1, "that is the picture", here);
-    expect_failure({"fit", "sand.png", "-o", "new.png"}, 1, "name of a picture", here);
-    expect_failure({"synth", "m.json", "-o", "absent/t.png"}, 1, "absent", here);
-    expect_failure({"synth", "m.json", "-o", "folder"}, 1, "folder/m.png", here);
-    expect_failure({"synth", "m.json", "-o", "t.bogus"}, 1, ".bogus", here);
-    expect_failure({"synth", "m.json", "-o", "t"}, 1, "'t'", here);
-    EXPECT_EQ(folder.names(), before);
-    EXPECT_EQ(bytes_of(folder / "sand.png"), sand);
-}
-
-TEST(Cli, FullDisks) {
-    const TemporaryFolder folder;
-    Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "m.json");
-    const Words fit{"fit", data + "/sand.png", "-o", "new.json", "--levels", "2", "--order", "2"};
-    const Words synth{"synth", "m.json", "-o", "t.png", "--size", "64x64"};
-    // Once without a limit: kernels that are built and kept must not be what meets it.
-    ASSERT_EQ(btfield(fit, here).code, 0);
-    ASSERT_EQ(btfield(synth, here).code, 0);
-    std::filesystem::remove(folder / "new.json");
-    put_bytes(folder / "t.png", "an old picture");
-
-    here.file_limit = 2000;
-    expect_failure(fit, 1, "new.json", here);
-    expect_failure(synth, 1, "t.png", here);
-    EXPECT_EQ(folder.names(), (Words{"m.json", "t.png"}));
-    EXPECT_EQ(bytes_of(folder / "t.png"), "an old picture");
-
-    here.file_limit = RLIM_INFINITY;
-    std::filesystem::remove(folder / "t.png");
-    std::filesystem::create_symlink("/dev/full", folder / "full.png");
-    expect_failure({"synth", "m.json", "-o", "full.png", "--size", "64x64"}, 1, "full.png", here);
-    EXPECT_EQ(folder.names(), (Words{"full.png", "m.json"}));
-}
-
-TEST(Cli, UnknownDevices) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "m.json");
-    expect_failure({"synth", "m.json", "-o", "t.png", "--device", "abacus"}, 3, "abacus", here);
-    expect_failure({"fit", data + "/cork.png", "-o", "n.json", "--device", "9:9"}, 3, "9:9", here);
-    EXPECT_EQ(folder.names(), Words{"m.json"});
-}
-
-TEST(Cli, SizesBeyondTheDevice) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "m.json");
-    // More than the library takes is the request's fault, more than the device has is the device's.
-    expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "2147483647x2147483647"}, 1, "2147483647",
-                   here);
-    expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1x2147483647"}, 1, "2147483647", here);
-    expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1000000x1000000"}, 3, "a size up to", here);
-    EXPECT_EQ(folder.names(), Words{"m.json"});
 }
 
 // Streams

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,40 +10,21 @@
 #include "btfield/criteria.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/memd.hpp"
-#include "tests/run_program.hpp"
+#include "tests/cli_cases.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
 namespace {
 
 using nlohmann::json;
+using test::btfield;
 using test::Ended;
+using test::expect_failure;
+using test::expect_object;
 using test::TemporaryFolder;
-using Words = std::vector<std::string>;
+using test::Words;
 
 const std::string data = BTFIELD_TEST_DATA;
-
-Ended btfield(Words words) {
-    words.insert(words.begin(), BTFIELD_CLI);
-    return test::run_program(std::move(words));
-}
-
-json expect_object(Words words) {
-    words.emplace_back("--json");
-    const Ended ended = btfield(words);
-    EXPECT_EQ(ended.code, 0) << ended.err;
-    EXPECT_EQ(ended.err, "");
-    return json::parse(ended.out, nullptr, false);
-}
-
-void expect_failure(const Words& words, int code, const std::string& part) {
-    const Ended ended = btfield(words);
-    EXPECT_EQ(ended.code, code) << ended.err;
-    EXPECT_EQ(ended.out, "");
-    EXPECT_EQ(ended.err.rfind("btfield: ", 0), 0U) << ended.err;
-    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
-    EXPECT_NE(ended.err.find(part), std::string::npos) << ended.err;
-}
 
 /// Grey pixels of the given values, 0…255, in one row.
 void put_row(const std::filesystem::path& path, const std::vector<int>& values) {

@@ -49,6 +49,24 @@ inline Device device_of_width(int width, FftBackend fft = FftBackend::lanes) {
     return Device({}, options);
 }
 
+/// White noise, smoothed along both axes and mixed between planes.
+inline Image mixed_texture(Size size, int planes, unsigned seed) {
+    std::mt19937 engine(seed);
+    std::normal_distribution<float> normal;
+    Image white(size, planes), image(size, planes);
+    for (float& value : white.values()) value = normal(engine);
+    for (int p = 0; p < planes; ++p) {
+        for (int r = 0; r < size.height; ++r) {
+            for (int c = 0; c < size.width; ++c) {
+                const int below = (r + 1) % size.height, right = (c + 1) % size.width;
+                image.at(p, r, c) = 0.5F + white.at(p, r, c) + 0.7F * white.at(p, below, c) +
+                                    0.4F * white.at(p, r, right) + 0.5F * white.at((p + 1) % planes, r, c);
+            }
+        }
+    }
+    return image;
+}
+
 namespace detail {
 /// Opened once, closed after the last test: Oclgrind's own bookkeeping is gone when static objects are
 /// destroyed.

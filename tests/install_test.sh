@@ -31,6 +31,22 @@ mv "$work/installed" "$work/moved"
 check "$work/moved"
 "$work/moved/bin/btfield" --version
 
+echo "A program with Eigen of its own, compiled for this processor"
+pc=$(find "$work/moved" -name btfield.pc)
+# shellcheck disable=SC2046  # the flags are words
+"$compiler" -std=c++20 -O2 -march=native "$source/tests/consumer/own_eigen.cpp" \
+    $(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --cflags --libs btfield) $(pkg-config --cflags eigen3) -o "$work/own_eigen"
+libdir=$(dirname "$(dirname "$pc")")
+LD_LIBRARY_PATH=$libdir "$work/own_eigen"
+# Where both hold a function, the loader must not have led the library to the program's.
+LD_BIND_NOW=1 LD_DEBUG=bindings LD_DEBUG_OUTPUT="$work/bindings" LD_LIBRARY_PATH=$libdir "$work/own_eigen" >/dev/null
+cat "$work"/bindings.* >"$work/bindings"
+grep -q "libbtfield[^ ]* \[0\] to .*libOpenCL" "$work/bindings" || { echo "the loader told nothing"; exit 1; }
+if grep "libbtfield[^ ]* \[0\] to $work/own_eigen \[0\]: normal symbol \`_ZNK\?5Eigen" "$work/bindings"; then
+    echo "the library calls the program's Eigen"
+    exit 1
+fi
+
 echo "Static"
 cmake -S "$source" -B "$static_build" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release \
     -DBUILD_SHARED_LIBS=OFF -DBTFIELD_BUILD_TESTS=OFF -DBTFIELD_BUILD_EXAMPLES=OFF >"$work/log" ||

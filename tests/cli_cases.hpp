@@ -1,0 +1,70 @@
+#pragma once
+
+// The built program in a process of its own, as users' scripts see it.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "btfield/model_file.hpp"
+#include "tests/example_model.hpp"
+#include "tests/run_program.hpp"
+
+namespace btfield::test {
+
+using Words = std::vector<std::string>;
+
+inline Ended btfield(Words words, const Surroundings& around = {}) {
+    words.insert(words.begin(), BTFIELD_CLI);
+    return run_program(std::move(words), around);
+}
+
+inline std::string text_of(const Words& words) {
+    std::string text = "btfield";
+    for (const std::string& word : words) text += " " + word;
+    return text;
+}
+
+/// The exit code, nothing on standard output, and one line on standard error that has all three parts.
+inline void expect_failure(const Words& words, int code, const std::string& part,
+                           const Surroundings& around = {}) {
+    SCOPED_TRACE(text_of(words));
+    const Ended ended = btfield(words, around);
+    EXPECT_EQ(ended.code, code) << ended.err;
+    EXPECT_EQ(ended.out, "");
+    EXPECT_EQ(ended.err.rfind("btfield: ", 0), 0U) << ended.err;
+    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+    EXPECT_EQ(ended.err.back(), '\n');
+    EXPECT_NE(ended.err.find(": ", 9), std::string::npos) << ended.err;
+    EXPECT_NE(ended.err.find("; "), std::string::npos) << ended.err;
+    EXPECT_NE(ended.err.find(part), std::string::npos) << "expected '" << part << "' in: " << ended.err;
+}
+
+/// Success with exactly one JSON object on standard output and nothing on standard error.
+inline nlohmann::json expect_object(Words words, const Surroundings& around = {}) {
+    SCOPED_TRACE(text_of(words));
+    words.emplace_back("--json");
+    const Ended ended = btfield(words, around);
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_EQ(ended.err, "");
+    nlohmann::json object = nlohmann::json::parse(ended.out, nullptr, false);
+    EXPECT_TRUE(object.is_object()) << ended.out;
+    return object;
+}
+
+inline void expect_keys(const nlohmann::json& object, const Words& keys) {
+    for (const std::string& key : keys) EXPECT_TRUE(object.contains(key)) << key << " in " << object;
+}
+
+/// A small model on disk, without a fit.
+inline void put_model(const std::filesystem::path& path,
+                      const TextureModel& model = example_model(ModelKind::car3d, 3, 2)) {
+    write_model(path, model);
+}
+
+}  // namespace btfield::test
