@@ -5,6 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -78,6 +80,8 @@ class Problem {
     }
 
     [[nodiscard]] const SarObjective::Layout& layout() const { return layout_; }
+    [[nodiscard]] const SarModel& shape() const { return shape_; }
+    [[nodiscard]] NoiseForm noise() const { return noise_; }
     [[nodiscard]] SarObjective objective(Index terms) const {
         SarObjective::Layout part = layout_;
         const Index d = shape_.planes;
@@ -253,6 +257,10 @@ struct Candidate {
 
 class Fit {
   public:
+    /// What zeros of det Λ on a coarse grid are for a descent: its end, for finer grids hardly ever rid it of
+    /// them, or no matter.
+    enum class Zeros { end, pass };
+
     Fit(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise,
         const LikelihoodOptions& options)
         : statistic_(statistic),
@@ -277,14 +285,47 @@ class Fit {
         }
         return x;
     }
+    /// A causal model, by least squares on those terms that precede the centre in one of four raster orders:
+    /// hardly ever has it zeros. Empty where no term precedes the centre.
+    VectorXd causal(int scan) {
+        const auto precedes = [&](Offset s) {
+            if (scan % 2 == 1) s.column = -s.column;
+            return scan < 2 ? s < Offset{} : Offset{s.column, s.row} < Offset{};
+        };
+        const SarModel& shape = problem_.shape();
+        const size_t entries = static_cast<size_t>(shape.planes) * static_cast<size_t>(shape.planes);
+        std::vector<Offset> past;
+        std::vector<std::uint8_t> active;
+        for (size_t s = 0; s < shape.offsets.size(); ++s) {
+            if (!precedes(shape.offsets[s])) continue;
+            past.push_back(shape.offsets[s]);
+            if (shape.active.empty()) continue;
+            const auto first = shape.active.begin() + static_cast<std::ptrdiff_t>(s * entries);
+            active.insert(active.end(), first, first + static_cast<std::ptrdiff_t>(entries));
+        }
+        if (past.empty()) return {};
+        const SarModel half = fit_sar(statistic_, NeighbourhoodKind::custom, past, active, problem_.noise());
+        SarModel whole = shape;
+        std::ranges::fill(whole.coefficients, 0.0);
+        auto from = half.coefficients.begin();
+        for (size_t s = 0; s < shape.offsets.size(); ++s) {
+            if (!precedes(shape.offsets[s])) continue;
+            std::copy_n(from, entries, whole.coefficients.begin() + static_cast<std::ptrdiff_t>(s * entries));
+            from += static_cast<std::ptrdiff_t>(entries);
+        }
+        whole.noise_covariance = half.noise_covariance;
+        return problem_.unknowns_of(whole);
+    }
     /// Descends on ever finer grids. Where the guard is at work in the end, it is taken away; if the model is
     /// not valid without it, it stays.
-    Candidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard) {
+    Candidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard, Zeros zeros) {
         double tolerance = first_tolerance;
         whole_.set_guard(guard);
         for (int grid = first_side; grid < side; grid *= 2) {
             whole_.set_grid(grid);
-            x = run(whole_, x, tolerance).x;
+            Candidate coarse = examined(run(whole_, x, tolerance));
+            if (zeros == Zeros::end && !coarse.valid()) return coarse;
+            x = std::move(coarse.end.x);
             tolerance = pace_ == Pace::brisk ? middle_tolerance : loose_tolerance;
         }
         whole_.set_grid(side);
@@ -377,25 +418,30 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, Neighbourhoo
         "use least squares (--estimator ls), a 2d-msar model, or a lower order");
     Fit fit(statistic, least_squares, noise, options);
     constexpr SarObjective::Guard usual{1.0, 2.0}, tight{1.0, 1.0}, strong{10.0, 1.0};
-    VectorXd grown = fit.grow(32, usual, 1e-2);
-    Candidate best = fit.finish(grown, 32, 128, usual);
+    constexpr auto end = Fit::Zeros::end, pass = Fit::Zeros::pass;
+    Candidate best = fit.finish(fit.grow(32, usual, 1e-2), 32, 128, usual, end);
     const auto consider = [&](Candidate other) {
-        if (other.valid() && (!best.valid() || other.end.likelihood < best.end.likelihood))
-            best = std::move(other);
+        const bool better = other.valid() && other.end.likelihood < best.end.likelihood;
+        if (!best.valid() || better) best = std::move(other);
     };
-    // The objective has many optima, and which one is found depends on the way: near singular models small
-    // steps end at a valid one more often than long ones.
+    // The objective has many optima, and which one is found depends on the way. White noise leads to the
+    // better ones, causal models to those without zeros.
+    for (int scan = 0; scan < 4 && !best.valid(); ++scan) {
+        const VectorXd start = fit.causal(scan);
+        if (start.size() > 0) consider(fit.finish(start, 32, 128, usual, end));
+    }
+    // Near singular models small steps end at a valid one more often than long ones.
     if (!best.valid()) {
         fit.set_pace(Pace::cautious);
-        grown = fit.grow(32, usual, 1e-2);
-        consider(fit.finish(grown, 32, 128, usual));
+        const VectorXd grown = fit.grow(32, usual, 1e-2);
+        consider(fit.finish(grown, 32, 128, usual, end));
+        if (!best.valid()) consider(fit.finish(grown, 64, 256, tight, end));
     }
-    if (!best.valid()) consider(fit.finish(grown, 64, 256, tight));
-    if (!best.valid()) consider(fit.finish(fit.problem().white(), 64, 256, strong));
+    if (!best.valid()) consider(fit.finish(fit.problem().white(), 64, 256, strong, pass));
     // Least squares may be near a better optimum.
     if ((!best.valid() || fit.likelihood_of(least_squares) < best.end.likelihood) &&
         examine(least_squares, statistic).certificate.valid) {
-        consider(fit.finish(fit.problem().unknowns_of(least_squares), 128, 128, usual));
+        consider(fit.finish(fit.problem().unknowns_of(least_squares), 128, 128, usual, pass));
     }
 
     SarLikelihoodFit result;

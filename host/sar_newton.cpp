@@ -1,6 +1,5 @@
 #include "host/sar_newton.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <utility>
 
@@ -12,25 +11,26 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// |H|⁻¹, eigenvalues replaced by their absolute values: saddle points repel.
+/// (H + μI)⁻¹ with the least μ, up to a factor of four, for which that is positive definite. Saddle points
+/// repel, and no eigenvalues are needed: they take ten times as long as the rest of a step on a thousand
+/// unknowns.
 class Inverse {
   public:
     explicit Inverse(const MatrixXd& hessian) : factor_(hessian) {
         if (factor_.positive()) return;
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
-        vectors_ = solver.eigenvectors();
-        values_ = solver.eigenvalues().cwiseAbs().cwiseMax(1e-6);
+        indefinite_ = true;
+        MatrixXd shifted = hessian;
+        for (double shift = 1e-6; !factor_.positive() && std::isfinite(shift); shift *= 4.0) {
+            shifted.diagonal() = hessian.diagonal().array() + shift;
+            factor_ = Cholesky(shifted);
+        }
     }
-    [[nodiscard]] bool indefinite() const { return values_.size() > 0; }
-    [[nodiscard]] VectorXd apply(const VectorXd& g) const {
-        if (!indefinite()) return factor_.solve(g);
-        return vectors_ * (vectors_.transpose() * g).cwiseQuotient(values_);
-    }
+    [[nodiscard]] bool indefinite() const { return indefinite_; }
+    [[nodiscard]] VectorXd apply(const VectorXd& g) const { return factor_.solve(g); }
 
   private:
     Cholesky factor_;
-    MatrixXd vectors_;
-    VectorXd values_;
+    bool indefinite_ = false;
 };
 
 /// a of the path x + t v + t² a that follows a curved valley: −½ H⁻¹ ∇³f[v, v] (Transtrum and Sethna's

@@ -22,7 +22,7 @@ enum class Pace {
 };
 
 /// Newton's method with Armijo's rule from x, until a step would gain less than `tolerance`. Where the
-/// Hessian is not positive definite, its eigenvalues count with their absolute values: saddle points repel.
+/// Hessian is not positive definite, its diagonal is raised: saddle points repel.
 [[nodiscard]] Descent descend(SarObjective& objective, Eigen::VectorXd x, double tolerance, int most_steps,
                               Pace pace);
 

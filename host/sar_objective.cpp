@@ -177,7 +177,7 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
             }
         }
     }
-    add_quadratic(moments_, result.hessian);
+    add_quadratic(result.hessian);
     for (size_t g = 0; g < guarded.size(); ++g) {
         const VectorXd slope = slopes.col(static_cast<Index>(g));
         result.hessian.selfadjointView<Eigen::Lower>().rankUpdate(slope, guard_.strength);
@@ -185,27 +185,7 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
     return result;
 }
 
-MatrixXd SarObjective::model_hessian() const {
-    const Index d = layout_.planes, terms = static_cast<Index>(layout_.terms.size());
-    const Offset box{2 * reach_.row, 2 * reach_.column};
-    const RowMajor means = spectrum_->moments(
-        d * d, box, [&](const RowMajor& inverse, RowMajor& values) { fill_density(inverse, d, values, 0); });
-    MatrixXd model(terms * d, terms * d);
-    for (Index s = 0; s < terms; ++s) {
-        for (Index t = 0; t < terms; ++t) {
-            const Index lag =
-                lag_place(layout_.terms[static_cast<size_t>(s)] - layout_.terms[static_cast<size_t>(t)], box);
-            for (Index j = 0; j < d; ++j) {
-                for (Index l = 0; l < d; ++l) model(s * d + j, t * d + l) = means(lag, j * d + l);
-            }
-        }
-    }
-    MatrixXd hessian = MatrixXd::Zero(layout_.unknowns, layout_.unknowns);
-    add_quadratic(model, hessian);
-    return hessian;
-}
-
-void SarObjective::add_quadratic(const MatrixXd& moments, MatrixXd& hessian) const {
+void SarObjective::add_quadratic(MatrixXd& hessian) const {
     const Index d = layout_.planes, terms = static_cast<Index>(layout_.terms.size());
     for (Index i = 0; i < d; ++i) {
         for (Index a = 0; a < terms * d; ++a) {
@@ -213,7 +193,7 @@ void SarObjective::add_quadratic(const MatrixXd& moments, MatrixXd& hessian) con
             if (x < 0) continue;
             for (Index c = 0; c < terms * d; ++c) {
                 const Index y = layout_.place[static_cast<size_t>((c / d * d + i) * d + c % d)];
-                if (y >= 0 && y <= x) hessian(x, y) += 2.0 * moments(a, c);
+                if (y >= 0 && y <= x) hessian(x, y) += 2.0 * moments_(a, c);
             }
         }
     }

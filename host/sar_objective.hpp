@@ -61,14 +61,10 @@ class SarObjective {
     [[nodiscard]] Derivatives derivatives() const { return differentiate(true); }
     /// The gradient alone.
     [[nodiscard]] Eigen::VectorXd gradient() const { return differentiate(false).gradient; }
-    /// Lower triangle of 2 C_model(t − s), the Hessian of the first term had the data the model's
-    /// covariances. With it in that term's place, the Hessian is Fisher's information: positive semidefinite
-    /// for every x.
-    [[nodiscard]] Eigen::MatrixXd model_hessian() const;
 
   private:
     [[nodiscard]] Derivatives differentiate(bool twice) const;
-    void add_quadratic(const Eigen::MatrixXd& moments, Eigen::MatrixXd& hessian) const;
+    void add_quadratic(Eigen::MatrixXd& hessian) const;
 
     Layout layout_;
     Eigen::MatrixXd moments_;
