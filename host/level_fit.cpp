@@ -92,7 +92,8 @@ Estimate maximum_likelihood(AnalysedLevel& level, const LagCovariance& statistic
     if (!pairs && family(options.model) == Family::pmrf) fitted.model.form = MrfForm::pmrf;
     estimate.model = std::move(fitted.model);
     estimate.iterations = fitted.iterations;
-    estimate.examination = examine(estimate.model, statistic);
+    estimate.examination =
+        fitted.examination ? *std::move(fitted.examination) : examine(estimate.model, statistic);
     return estimate;
 }
 

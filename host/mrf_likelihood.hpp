@@ -3,10 +3,12 @@
 // Exact maximum likelihood of Markov random fields (MODELS section 10).
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
+#include "host/examination.hpp"
 
 namespace btfield {
 
@@ -36,7 +38,8 @@ struct MrfLikelihoodFit {
     /// Least eigenvalue found of Q_t (MMRF; planes scaled so that the data's C(0) has unit eigenvalues, or
     /// unit variances when Σ is diagonal) or of Λ_t (PMRF).
     double min_eigenvalue = 0.0;
-    std::vector<double> variance_ratio;  ///< per plane P_ii(0) / C_ii(0), infinite lattice
+    std::vector<double> variance_ratio;      ///< per plane P_ii(0) / C_ii(0), infinite lattice
+    std::optional<Examination> examination;  ///< of the model, where the fit had to examine it
 };
 
 /// MMRF by damped Newton steps on the convex problem

@@ -208,20 +208,6 @@ class Whittle {
         }
         return result;
     }
-    /// mean_t Λ⁻¹ R Λ R Λ⁻¹
-    [[nodiscard]] MatrixXd covariance(const Point& p, const Lattice& lattice) const {
-        const Index triangle = Index{planes_} * (planes_ + 1) / 2;
-        const MatrixXd noise_root = p.root.inverse();
-        std::vector<RowMajor> sums = sums_of_blocks(lattice.rows(), lattice.lags, triangle);
-        sweep_rows(p.lambda, lattice.grid, lattice.waves, Sweep::everything,
-                   [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda) {
-                       const LaneMatrix left = adjoint(product(noise_root, l));
-                       RowMajor rows;
-                       lower_triangle(btfield::product(btfield::product(left, lambda), adjoint(left)), rows);
-                       lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
-                   });
-        return mean_of(lattice.lags, sum_of(sums), planes_);
-    }
 
   private:
     [[nodiscard]] int cell_rows() const { return static_cast<int>(cells_.row.size()); }
@@ -411,54 +397,60 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
     const Whittle whittle(support, active, d, full, periodogram.grid, std::move(turned));
     Descent end = descend(whittle, start, options);
     PositiveDefiniteness proof = positive_everywhere(end.point.lambda);
+    const auto model_at = [&](const Point& point) {
+        const auto block = static_cast<size_t>(d) * static_cast<size_t>(d);
+        MrfModel model;
+        model.form = MrfForm::pmrf;
+        model.planes = d;
+        model.kind = kind;
+        model.offsets = offsets;
+        model.active = active;
+        model.coefficients.resize(offsets.size() * block);
+        for (size_t s = 0; s < support.offsets.size(); ++s) {
+            const MatrixXd a = turn.transpose() * point.lambda.terms[s] * turn;
+            Eigen::Map<RowMajor>(model.coefficients.data() + support.position[s] * block, d, d) = a;
+            Eigen::Map<RowMajor>(model.coefficients.data() + support.mirror[s] * block, d, d) = a.transpose();
+        }
+        const MatrixXd root = turn.transpose() * point.root.inverse() * turn;
+        const MatrixXd sigma = root * root;
+        model.noise_covariance.resize(block);
+        Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+        return model;
+    };
     // Indefinite between the nodes, or so nearly that hardly any frequency holds all of the variance: back
     // towards the start, which is valid, as little as will do.
     const VectorXd last = whittle.vector(end.point), first = whittle.vector(start);
     const auto credible = [&] {
         if (!proof.proven) return false;
-        const Lattice lattice(resolving(end.point.lambda, {64, 16, 0, 0}), whittle.reach());
-        const MatrixXd p0 = turn.transpose() * whittle.covariance(end.point, lattice) * turn;
-        return (p0.diagonal().array() <= most_variance * c0.diagonal().array()).all();
+        fit.model = model_at(end.point);
+        const Certificate& certificate = fit.examination.emplace(examine(fit.model, statistic)).certificate;
+        return certificate.valid && std::ranges::all_of(certificate.variance_ratio,
+                                                        [](double ratio) { return ratio <= most_variance; });
     };
-    for (double back = 1.0 / 4096.0; back <= 1.0 && !credible(); back *= 2.0) {
+    bool kept = credible();
+    for (double back = 1.0 / 4096.0; back <= 1.0 && !kept; back *= 2.0) {
         end.point = whittle.point(last + back * (first - last), start);
         proof = positive_everywhere(end.point.lambda);
+        kept = credible();
     }
     const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());
     constexpr double none = std::numeric_limits<double>::infinity();
     fit.objective = whittle.value(end.point, lattice).value_or(none);
     fit.start_objective = whittle.value(start, lattice).value_or(end.start);
-    if (!(fit.objective <= fit.start_objective)) {
+    if (!kept || !(fit.objective <= fit.start_objective)) {
         end.point = start;
         end.converged = false;
         fit.objective = fit.start_objective;
         proof = positive_everywhere(start.lambda);
+        fit.model = model_at(start);
+        fit.examination = examine(fit.model, statistic);
     }
     fit.iterations += end.iterations;
     fit.converged = fit.converged && end.converged;
     fit.gradient = end.gradient;
     fit.certified = proof.proven;
     fit.min_eigenvalue = proof.min_eigenvalue;
-    const MatrixXd p0 = turn.transpose() * whittle.covariance(end.point, lattice) * turn;
-    for (int i = 0; i < d; ++i) fit.variance_ratio.push_back(p0(i, i) / c0(i, i));
-
-    const auto block = static_cast<size_t>(d) * static_cast<size_t>(d);
-    MrfModel& model = fit.model;
-    model.form = MrfForm::pmrf;
-    model.planes = d;
-    model.kind = kind;
-    model.offsets = offsets;
-    model.active = active;
-    model.coefficients.resize(offsets.size() * block);
-    for (size_t s = 0; s < support.offsets.size(); ++s) {
-        const MatrixXd a = turn.transpose() * end.point.lambda.terms[s] * turn;
-        Eigen::Map<RowMajor>(model.coefficients.data() + support.position[s] * block, d, d) = a;
-        Eigen::Map<RowMajor>(model.coefficients.data() + support.mirror[s] * block, d, d) = a.transpose();
-    }
-    const MatrixXd root = turn.transpose() * end.point.root.inverse() * turn;
-    const MatrixXd sigma = root * root;
-    model.noise_covariance.resize(block);
-    Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+    fit.variance_ratio = fit.examination->certificate.variance_ratio;
     return fit;
 }
 
