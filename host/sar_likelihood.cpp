@@ -257,10 +257,6 @@ struct Candidate {
 
 class Fit {
   public:
-    /// What zeros of det Λ on a coarse grid are for a descent: its end, for finer grids hardly ever rid it of
-    /// them, or no matter.
-    enum class Zeros { end, pass };
-
     Fit(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise,
         const LikelihoodOptions& options)
         : statistic_(statistic),
@@ -318,13 +314,14 @@ class Fit {
     }
     /// Descends on ever finer grids. Where the guard is at work in the end, it is taken away; if the model is
     /// not valid without it, it stays.
-    Candidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard, Zeros zeros) {
+    Candidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard) {
         double tolerance = first_tolerance;
         whole_.set_guard(guard);
         for (int grid = first_side; grid < side; grid *= 2) {
             whole_.set_grid(grid);
             Candidate coarse = examined(run(whole_, x, tolerance));
-            if (zeros == Zeros::end && !coarse.valid()) return coarse;
+            // Finer grids hardly ever rid a model of its zeros.
+            if (!coarse.valid()) return coarse;
             x = std::move(coarse.end.x);
             tolerance = pace_ == Pace::brisk ? middle_tolerance : loose_tolerance;
         }
@@ -334,6 +331,20 @@ class Fit {
         whole_.set_guard({});
         Candidate free = examined(run(whole_, result.end.x, last_tolerance));
         return free.valid() && free.end.converged ? free : result;
+    }
+
+    /// Descends from a valid model to a valid one, with the guard at work to the end: an end point where that
+    /// has a minimum, and otherwise where the next step would leave the valid models.
+    Candidate keep_valid(const VectorXd& x, int side, SarObjective::Guard guard) {
+        whole_.set_guard(guard);
+        whole_.set_grid(side);
+        Descent end = descend(whole_, x, last_tolerance, options_.most_steps, Pace::cautious,
+                              [&](const VectorXd& at) { return is_valid(at); });
+        steps_ += end.steps;
+        return examined(std::move(end));
+    }
+    [[nodiscard]] bool is_valid(const VectorXd& x) const {
+        return examine(problem_.model(whole_.entries(x)), statistic_).certificate.valid;
     }
 
     /// f of a model on the grid of the last steps, without guard.
@@ -417,31 +428,31 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, Neighbourhoo
         count_unknowns(least_squares, noise),
         "use least squares (--estimator ls), a 2d-msar model, or a lower order");
     Fit fit(statistic, least_squares, noise, options);
-    constexpr SarObjective::Guard usual{1.0, 2.0}, tight{1.0, 1.0}, strong{10.0, 1.0};
-    constexpr auto end = Fit::Zeros::end, pass = Fit::Zeros::pass;
-    Candidate best = fit.finish(fit.grow(32, usual, 1e-2), 32, 128, usual, end);
+    constexpr SarObjective::Guard usual{1.0, 2.0}, strong{10.0, 1.0};
+    Candidate best = fit.finish(fit.grow(32, usual, 1e-2), 32, 128, usual);
     const auto consider = [&](Candidate other) {
         const bool better = other.valid() && other.end.likelihood < best.end.likelihood;
         if (!best.valid() || better) best = std::move(other);
     };
     // The objective has many optima, and which one is found depends on the way. White noise leads to the
-    // better ones, causal models to those without zeros.
+    // better ones, causal models to those without zeros; near singular models small steps end at a valid one
+    // more often than long ones.
+    VectorXd valid_start = fit.problem().white();
     for (int scan = 0; scan < 4 && !best.valid(); ++scan) {
         const VectorXd start = fit.causal(scan);
-        if (start.size() > 0) consider(fit.finish(start, 32, 128, usual, end));
+        if (start.size() == 0) continue;
+        consider(fit.finish(start, 32, 128, usual));
+        if (scan == 0 && fit.is_valid(start)) valid_start = start;
     }
-    // Near singular models small steps end at a valid one more often than long ones.
     if (!best.valid()) {
         fit.set_pace(Pace::cautious);
-        const VectorXd grown = fit.grow(32, usual, 1e-2);
-        consider(fit.finish(grown, 32, 128, usual, end));
-        if (!best.valid()) consider(fit.finish(grown, 64, 256, tight, end));
+        consider(fit.finish(fit.grow(32, usual, 1e-2), 32, 128, usual));
     }
-    if (!best.valid()) consider(fit.finish(fit.problem().white(), 64, 256, strong, pass));
+    if (!best.valid()) consider(fit.keep_valid(valid_start, 128, strong));
     // Least squares may be near a better optimum.
     if ((!best.valid() || fit.likelihood_of(least_squares) < best.end.likelihood) &&
         examine(least_squares, statistic).certificate.valid) {
-        consider(fit.finish(fit.problem().unknowns_of(least_squares), 128, 128, usual, pass));
+        consider(fit.finish(fit.problem().unknowns_of(least_squares), 128, 128, usual));
     }
 
     SarLikelihoodFit result;

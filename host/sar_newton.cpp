@@ -57,7 +57,8 @@ VectorXd bend(SarObjective& objective, const VectorXd& x, const SarObjective::De
 
 }  // namespace
 
-Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_steps, Pace pace) {
+Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_steps, Pace pace,
+                const Admissible& admissible) {
     Descent result;
     result.x = std::move(x);
     result.value = objective.value(result.x);
@@ -80,8 +81,9 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
         for (;; length *= 0.5) {
             next = result.x + length * step + (length * length) * curve;
             value = objective.value(next);
-            if (value <= result.value + 1e-4 * length * slope + rounding) break;
-            if (length < 1e-8) {
+            if (value <= result.value + 1e-4 * length * slope + rounding && (!admissible || admissible(next)))
+                break;
+            if (length < (admissible ? 1e-3 : 1e-8)) {
                 (void)objective.value(result.x);
                 return result;
             }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 
 #include "host/sar_objective.hpp"
 
@@ -21,9 +22,12 @@ enum class Pace {
     cautious,  ///< no further than a step of Newton's, and less where the valley bends
 };
 
+/// Whether a point may be the next; a step that ends at another is shortened.
+using Admissible = std::function<bool(const Eigen::VectorXd& x)>;
+
 /// Newton's method with Armijo's rule from x, until a step would gain less than `tolerance`. Where the
 /// Hessian is not positive definite, its diagonal is raised: saddle points repel.
 [[nodiscard]] Descent descend(SarObjective& objective, Eigen::VectorXd x, double tolerance, int most_steps,
-                              Pace pace);
+                              Pace pace, const Admissible& admissible = {});
 
 }  // namespace btfield

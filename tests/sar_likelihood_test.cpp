@@ -12,6 +12,7 @@
 #include "btfield/fit.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/synthesis.hpp"
+#include "host/sar_newton.hpp"
 #include "host/sar_objective.hpp"
 #include "host/spectral_density.hpp"
 #include "tests/reference/fields.hpp"
@@ -148,6 +149,37 @@ TEST(SarLikelihood, CertifiesWhereLeastSquaresDoNot) {
     const SarLikelihoodFit again = fit_sar_likelihood(statistic, kind, offsets, {}, NoiseForm::full);
     EXPECT_EQ(fit.model.coefficients, again.model.coefficients);
     EXPECT_EQ(fit.model.noise_covariance, again.model.noise_covariance);
+}
+
+TEST(SarLikelihood, CertifiesWhereWhiteNoiseLeadsToZeros) {
+    const Image image = read_picture(pictures / "bark.png").image;
+    const auto offsets = neighbourhood(5, NeighbourhoodKind::symmetric);
+    const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
+    const SarLikelihoodFit fit =
+        fit_sar_likelihood(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::diagonal);
+    EXPECT_TRUE(fit.examination.certificate.valid);
+    for (const double ratio : fit.examination.certificate.variance_ratio) EXPECT_NEAR(ratio, 1.0, 0.1);
+}
+
+TEST(SarLikelihood, DescendsThroughAdmissiblePointsOnly) {
+    const auto offsets = neighbourhood(1, NeighbourhoodKind::symmetric);
+    const SarObjective::Layout layout = layout_of(2, offsets);
+    SarObjective objective(layout, random_moments(static_cast<Index>(layout.terms.size()) * 2, 5));
+    objective.set_grid(32);
+    VectorXd x = VectorXd::Zero(layout.unknowns);
+    for (const Index i : {0, 3}) x[layout.place[static_cast<std::size_t>(i)]] = 1.0;
+    const double start = objective.value(x);
+    const Descent free = descend(objective, x, 1e-15, 200, Pace::cautious);
+    ASSERT_TRUE(free.converged);
+    const double limit = 0.5 * (free.x - x).norm();
+    const auto near = [&](const VectorXd& at) { return (at - x).norm() <= limit; };
+    const Descent bounded = descend(objective, x, 1e-15, 200, Pace::cautious, near);
+    EXPECT_FALSE(bounded.converged);
+    EXPECT_TRUE(near(bounded.x));
+    EXPECT_GT((bounded.x - x).norm(), 0.9 * limit);
+    EXPECT_LT(bounded.value, start);
+    EXPECT_GT(bounded.value, free.value);
+    EXPECT_EQ(bounded.value, objective.value(bounded.x));
 }
 
 TEST(SarLikelihood, IsNeverBelowThatOfLeastSquares) {
