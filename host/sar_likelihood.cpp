@@ -47,6 +47,24 @@ Basis working_basis(const MatrixXd& covariance, bool turn) {
             MatrixXd(deviation.asDiagonal() * solver.eigenvectors() * root.asDiagonal())};
 }
 
+/// Planes that repeat each other (a grey picture stored as RGB) are told apart by white noise of 10⁻⁸ of the
+/// correlation's largest eigenvalue: no 8-bit picture shows it.
+LagCovariance told_apart(const LagCovariance& statistic) {
+    constexpr double least = 1e-8;
+    LagCovariance result = statistic;
+    const MatrixXd c = lag_zero(statistic);
+    const VectorXd deviation = c.diagonal().cwiseSqrt();
+    if (!(deviation.minCoeff() > 0.0)) return result;
+    const MatrixXd correlation =
+        deviation.cwiseInverse().asDiagonal() * c * deviation.cwiseInverse().asDiagonal();
+    const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(correlation).eigenvalues();
+    const double largest = values[values.size() - 1];
+    if (values[0] > least * largest) return result;
+    for (int i = 0; i < statistic.planes(); ++i)
+        result.set(i, i, {}, (1.0 + least * largest) * statistic(i, i, {}));
+    return result;
+}
+
 /// C(t − s) in the basis, rows and columns (s, j).
 MatrixXd moments_in(const Basis& basis, const LagCovariance& statistic, const std::vector<Offset>& terms) {
     const Index d = statistic.planes(), count = static_cast<Index>(terms.size());
@@ -416,11 +434,12 @@ size_t count_unknowns(const SarModel& shape, NoiseForm noise) {
 
 }  // namespace
 
-SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
+SarLikelihoodFit fit_sar_likelihood(const LagCovariance& data, NeighbourhoodKind kind,
                                     const std::vector<Offset>& offsets,
                                     const std::vector<std::uint8_t>& active, NoiseForm noise,
                                     const LikelihoodOptions& options) {
-    // It also says what is wrong with the request.
+    check_request(data, offsets, active);
+    const LagCovariance statistic = told_apart(data);
     const SarModel least_squares = fit_sar(statistic, kind, offsets, active, noise);
     check_sets(least_squares, noise);
     check_dense_hessian(

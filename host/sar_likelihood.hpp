@@ -20,8 +20,7 @@ struct LikelihoodOptions {
 
 struct SarLikelihoodFit {
     SarModel model;
-    /// What `examine` says of the model. When its certificate is not valid, no certified optimum was found:
-    /// this is the best point that was.
+    /// What `examine` says of the model.
     Examination examination;
     /// Whittle log-likelihood per pixel, natural logarithm; NaN when the certificate fails.
     double log_likelihood = 0.0;
@@ -34,9 +33,12 @@ struct SarLikelihoodFit {
     std::vector<double> standard_errors;
 };
 
-/// Reads the data through the lag covariances alone.
-/// \throws InputError as fit_sar() does, and for per-pair sets with full noise unless every equation's sets
-/// hold those of the equations above it: Σ^{-1/2} Λ has no zeros to keep then
+/// Reads the data through the lag covariances alone. Planes that repeat each other are told apart by white
+/// noise of 1e-8 of the correlation's largest eigenvalue. Descents start from white noise, then, as long as
+/// they end at zeros of det Λ, from causal models; the last one goes through valid models only, so that its
+/// end is valid but perhaps no optimum. \throws InputError as fit_sar() does, and for per-pair sets with full
+/// noise unless every equation's sets hold those of the equations above it: Σ^{-1/2} Λ has no zeros to keep
+/// then
 [[nodiscard]] SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
                                                   const std::vector<Offset>& offsets,
                                                   const std::vector<std::uint8_t>& active, NoiseForm noise,

@@ -191,7 +191,7 @@ TEST(Fit, UnstableCausalLeastSquaresGivesWayToLikelihood) {
     }
 }
 
-TEST(Fit, LikelihoodCertifiesLevelsOfFewPixels) {
+TEST(FitLong, LikelihoodCertifiesLevelsOfFewPixels) {
     // 16 x 16 pixels at the coarsest level, 768 values for 222 unknowns: det Λ has zeros wherever a descent
     // ends that is free to go anywhere.
     const Image image = read_picture(pictures / "cork-xyz.exr").image;

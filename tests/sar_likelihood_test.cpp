@@ -161,6 +161,25 @@ TEST(SarLikelihood, CertifiesWhereWhiteNoiseLeadsToZeros) {
     for (const double ratio : fit.examination.certificate.variance_ratio) EXPECT_NEAR(ratio, 1.0, 0.1);
 }
 
+TEST(SarLikelihood, TellsPlanesThatRepeatApart) {
+    const Image grey = read_picture(pictures / "grass.png").image;
+    Image image(grey.size(), 3);
+    for (int i = 0; i < 3; ++i) std::ranges::copy(grey.plane(0), image.plane(i).begin());
+    const auto offsets = neighbourhood(2, NeighbourhoodKind::symmetric);
+    const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
+    EXPECT_THROW((void)fit_sar(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full),
+                 InputError);
+    const SarLikelihoodFit fit =
+        fit_sar_likelihood(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full);
+    EXPECT_TRUE(fit.examination.certificate.valid);
+    for (const double ratio : fit.examination.certificate.variance_ratio) EXPECT_NEAR(ratio, 1.0, 0.1);
+    const LagCovariance own = lag_covariance(grey, difference_box(offsets));
+    const SarLikelihoodFit alone =
+        fit_sar_likelihood(own, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full);
+    const std::vector<double>& ratios = fit.examination.certificate.variance_ratio;
+    EXPECT_NEAR(ratios[0], alone.examination.certificate.variance_ratio[0], 0.1);
+}
+
 TEST(SarLikelihood, DescendsThroughAdmissiblePointsOnly) {
     const auto offsets = neighbourhood(1, NeighbourhoodKind::symmetric);
     const SarObjective::Layout layout = layout_of(2, offsets);
