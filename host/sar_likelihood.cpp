@@ -34,13 +34,17 @@ struct Basis {
     MatrixXd forward, inverse;
 };
 
+/// Eigenvalues and eigenvectors of the planes' correlation.
+Eigen::SelfAdjointEigenSolver<MatrixXd> correlation_of(const MatrixXd& covariance) {
+    const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+    return Eigen::SelfAdjointEigenSolver<MatrixXd>(scale.asDiagonal() * covariance * scale.asDiagonal());
+}
+
 /// Uncorrelated planes where all pairs of planes are coupled; otherwise they are only scaled.
 Basis working_basis(const MatrixXd& covariance, bool turn) {
     const VectorXd deviation = covariance.diagonal().cwiseSqrt();
     if (!turn) return {deviation.cwiseInverse().asDiagonal(), deviation.asDiagonal()};
-    const MatrixXd correlation =
-        deviation.cwiseInverse().asDiagonal() * covariance * deviation.cwiseInverse().asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver = correlation_of(covariance);
     const VectorXd root = solver.eigenvalues().cwiseMax(1e-14).cwiseSqrt();
     return {MatrixXd(root.cwiseInverse().asDiagonal() * solver.eigenvectors().transpose() *
                      deviation.cwiseInverse().asDiagonal()),
@@ -52,12 +56,7 @@ Basis working_basis(const MatrixXd& covariance, bool turn) {
 LagCovariance told_apart(const LagCovariance& statistic) {
     constexpr double least = 1e-8;
     LagCovariance result = statistic;
-    const MatrixXd c = lag_zero(statistic);
-    const VectorXd deviation = c.diagonal().cwiseSqrt();
-    if (!(deviation.minCoeff() > 0.0)) return result;
-    const MatrixXd correlation =
-        deviation.cwiseInverse().asDiagonal() * c * deviation.cwiseInverse().asDiagonal();
-    const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(correlation).eigenvalues();
+    const VectorXd values = correlation_of(lag_zero(statistic)).eigenvalues();
     const double largest = values[values.size() - 1];
     if (values[0] > least * largest) return result;
     for (int i = 0; i < statistic.planes(); ++i)
