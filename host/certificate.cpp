@@ -11,7 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/examination.hpp"
-#include "host/least_squares.hpp"
+#include "host/lag_matrices.hpp"
 #include "host/local_lambda.hpp"
 #include "host/positive_everywhere.hpp"
 #include "host/spectral_density.hpp"

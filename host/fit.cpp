@@ -14,6 +14,7 @@
 #include "btfield/pyramid.hpp"
 #include "host/analysis.hpp"
 #include "host/correlated_support.hpp"
+#include "host/expansion.hpp"
 #include "host/lag_products.hpp"
 #include "host/level_fit.hpp"
 #include "host/level_gains.hpp"

@@ -10,6 +10,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/fit.hpp"
+#include "host/lag_matrices.hpp"
 
 namespace btfield {
 namespace {
@@ -211,15 +212,6 @@ void fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind 
     for (int i = 0; i < d; ++i) {
         for (int j = 0; j < d; ++j) field.noise_covariance.push_back(noise(std::min(i, j), std::max(i, j)));
     }
-}
-
-MatrixXd lag_zero(const LagCovariance& statistic) {
-    const int d = statistic.planes();
-    MatrixXd c(d, d);
-    for (int i = 0; i < d; ++i) {
-        for (int j = 0; j < d; ++j) c(i, j) = 0.5 * (statistic(i, j, {}) + statistic(j, i, {}));
-    }
-    return c;
 }
 
 MatrixXd residual_covariance(const LinearField& field, const LagCovariance& statistic) {

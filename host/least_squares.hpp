@@ -16,9 +16,6 @@ namespace btfield {
 /// Precondition: the statistic's box holds the support's difference box.
 [[nodiscard]] Eigen::MatrixXd residual_covariance(const LinearField& field, const LagCovariance& statistic);
 
-/// C(0) as a matrix.
-[[nodiscard]] Eigen::MatrixXd lag_zero(const LagCovariance& statistic);
-
 /// What was asked, for messages.
 [[nodiscard]] std::string describe(const std::vector<Offset>& offsets, int planes);
 

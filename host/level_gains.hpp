@@ -1,32 +1,10 @@
 #pragma once
 
-// Covariances of pyramid levels seen at full resolution, and the gains that make their sum meet the
-// picture's.
+// The gains that make the sum of the pyramid's levels meet the picture's covariances.
 
-#include <Eigen/Core>
-#include <span>
 #include <vector>
 
-#include "btfield/lag_covariance.hpp"
-
 namespace btfield {
-
-/// Kernel e of `depth` expansions in a row, one axis: a level's value contributes e(r − n^depth q) to pixel
-/// r. Odd length, centred. depth = 0 is {1}.
-[[nodiscard]] std::vector<double> composed_expand_kernel(int factor, int depth);
-
-/// Box of level lags that expanded_covariance reads for these full-resolution lags.
-[[nodiscard]] Offset expansion_box(int factor, int depth, std::span<const Offset> lags);
-
-/// Covariances of the expansion z(r) = Σ_q e(r − N q) y(q), N = n^depth, averaged over the N² phases of r:
-/// C_z(s) = N⁻² Σ_m C_y(m) R(s1 − N m1) R(s2 − N m2), R(u) = Σ_r e(r) e(r + u). [lag][i][j].
-/// Exact on tori whose sides are multiples of N; elsewhere the seam is neglected.
-/// Precondition: the level's box holds expansion_box(factor, depth, lags).
-[[nodiscard]] std::vector<double> expanded_covariance(const LagCovariance& level, int factor, int depth,
-                                                      std::span<const Offset> lags);
-
-/// min ‖A x − b‖ over x >= 0 (Lawson and Hanson's active sets).
-[[nodiscard]] Eigen::VectorXd non_negative_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
 /// One gain per level (MODELS section 11): the non-negative g_k that minimise
 /// Σ_i Σ_s w(s)² ((Σ_k g_k² C^k_ii(s) − C_ii(s)) / C_ii(0))², w = 3 at s = (0, 0), else 1.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/lag_matrices.hpp"
 #include "host/least_squares.hpp"
 #include "host/mrf_lattice.hpp"
 #include "host/parallel.hpp"

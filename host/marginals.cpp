@@ -6,8 +6,8 @@
 #include <string>
 
 #include "btfield/error.hpp"
-#include "host/level_gains.hpp"
 #include "host/marginal_moments.hpp"
+#include "host/non_negative.hpp"
 #include "host/normal_distribution.hpp"
 #include "host/parallel.hpp"
 #include "host/ranking.hpp"

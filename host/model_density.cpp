@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "btfield/theory.hpp"
-#include "host/level_gains.hpp"
+#include "host/expansion.hpp"
 #include "host/local_lambda.hpp"
 #include "host/parallel.hpp"
 #include "host/spectral_density.hpp"

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "btfield/error.hpp"
+#include "host/lag_matrices.hpp"
 #include "host/least_squares.hpp"
 
 namespace btfield {

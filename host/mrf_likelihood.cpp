@@ -9,7 +9,7 @@
 #include <string>
 
 #include "btfield/error.hpp"
-#include "host/least_squares.hpp"
+#include "host/lag_matrices.hpp"
 #include "host/mrf_sweep.hpp"
 #include "host/mrf_unknowns.hpp"
 #include "host/positive_everywhere.hpp"
@@ -340,15 +340,6 @@ Basis working_basis(const MatrixXd& c0, bool turn) {
     const MatrixXd& u = solver.eigenvectors();
     return {root.cwiseInverse().asDiagonal() * u.transpose() * scale.asDiagonal(),
             deviation.asDiagonal() * u * root.asDiagonal()};
-}
-
-MatrixXd lag_matrix(const LagCovariance& statistic, Offset s) {
-    const int d = statistic.planes();
-    MatrixXd c(d, d);
-    for (int i = 0; i < d; ++i) {
-        for (int j = 0; j < d; ++j) c(i, j) = statistic(i, j, s);
-    }
-    return c;
 }
 
 /// Σ = Q_0⁻¹ and A_s = Q_0⁻¹ Q_s in the planes of the picture.

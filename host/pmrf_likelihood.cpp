@@ -8,8 +8,8 @@
 
 #include "btfield/error.hpp"
 #include "host/folded_periodogram.hpp"
+#include "host/lag_matrices.hpp"
 #include "host/lane_inverse.hpp"
-#include "host/least_squares.hpp"
 #include "host/likelihood.hpp"
 #include "host/mrf_likelihood.hpp"
 #include "host/mrf_sweep.hpp"

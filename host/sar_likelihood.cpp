@@ -14,6 +14,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/fit.hpp"
+#include "host/lag_matrices.hpp"
 #include "host/least_squares.hpp"
 #include "host/likelihood.hpp"
 #include "host/sar_newton.hpp"

@@ -7,7 +7,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/pyramid.hpp"
-#include "host/level_gains.hpp"
+#include "host/expansion.hpp"
 #include "host/marginal_moments.hpp"
 #include "host/spectral_density.hpp"
 #include "host/theory.hpp"

@@ -1,3 +1,4 @@
+#include "host/expansion.hpp"
 #include "host/level_gains.hpp"
 
 #include <gtest/gtest.h>
@@ -8,6 +9,7 @@
 #include <random>
 
 #include "btfield/pyramid.hpp"
+#include "host/non_negative.hpp"
 #include "host/spectral_density.hpp"
 #include "tests/reference/fields.hpp"
 #include "tests/reference/lag_covariance.hpp"

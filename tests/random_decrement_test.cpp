@@ -1,5 +1,6 @@
 // host/random_decrement.cpp.
 
+#include "host/expansion.hpp"
 #include "host/random_decrement.hpp"
 
 #include <gtest/gtest.h>

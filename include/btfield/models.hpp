@@ -10,7 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include "btfield/certificate.hpp"
 #include "btfield/image.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/marginals.hpp"
@@ -92,6 +91,27 @@ enum class NoiseForm { full, diagonal };
 /// "full", "diagonal".
 [[nodiscard]] std::string_view name(NoiseForm form);
 [[nodiscard]] NoiseForm noise_form(std::string_view name);
+
+/// What the spectrum of one level's model says about it.
+struct Certificate {
+    /// Proven: det Λ has no zero on the whole torus, Λ_t is positive definite where the model is Markov, and
+    /// every variance ratio is at most 10. Of a moving average, which is a field whatever its coefficients,
+    /// the ratios alone.
+    bool valid = false;
+    /// min_t σ_min(Λ_t) over the grid and its refinement; of Markov models the smallest eigenvalue of the
+    /// Hermitian Σ^{-1/2} Λ_t Σ^{1/2} (MMRF) or Λ_t (PMRF), below 0 when it is not definite; of a moving
+    /// average that of its transfer function.
+    double min_singular = 0.0;
+    /// Zeros of det Λ on the frequency torus: point zeros by winding number, and where det Λ is real
+    /// (symmetric coefficients, Markov models) the grid cells that the zero curve crosses. A model may be
+    /// invalid without a zero: singular to six digits somewhere, or so close to it along a curve that nothing
+    /// can be proven.
+    int zeros = 0;
+    /// Per plane, model variance / data variance, without the level gain. The variance is that of the
+    /// infinite lattice, narrow peaks of the spectrum integrated to about 1 %; that of the 128 × 128 torus
+    /// when there are zeros.
+    std::vector<double> variance_ratio;
+};
 
 /// One pyramid level: its own model on its own torus.
 struct LevelModel {

@@ -1,0 +1,17 @@
+#pragma once
+
+// Lag covariances as matrices.
+
+#include <Eigen/Core>
+
+#include "btfield/lag_covariance.hpp"
+
+namespace btfield {
+
+/// C(0), symmetric to the last bit.
+[[nodiscard]] Eigen::MatrixXd lag_zero(const LagCovariance& statistic);
+
+/// C(s). Precondition: the statistic's box holds s.
+[[nodiscard]] Eigen::MatrixXd lag_matrix(const LagCovariance& statistic, Offset s);
+
+}  // namespace btfield
