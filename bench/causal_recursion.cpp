@@ -7,8 +7,8 @@
 #include "bench/peers/linear_field.hpp"
 #include "bench/peers/noise.hpp"
 #include "bench/report.hpp"
-#include "host/causal_recursion.hpp"
-#include "host/independent_planes.hpp"
+#include "host/synthesis/causal_recursion.hpp"
+#include "host/synthesis/independent_planes.hpp"
 
 namespace btfield::bench {
 namespace {

@@ -7,9 +7,9 @@
 #include "bench/peers/linear_field.hpp"
 #include "bench/peers/noise.hpp"
 #include "bench/report.hpp"
-#include "host/convolution.hpp"
-#include "host/independent_planes.hpp"
-#include "host/random_decrement.hpp"
+#include "host/fit/random_decrement.hpp"
+#include "host/synthesis/convolution.hpp"
+#include "host/synthesis/independent_planes.hpp"
 
 namespace btfield::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include "bench/cases.hpp"
 #include "bench/peers/noise.hpp"
 #include "bench/report.hpp"
-#include "host/spectral_factors.hpp"
+#include "host/synthesis/spectral_factors.hpp"
 
 namespace btfield::bench {
 namespace {

@@ -1,4 +1,4 @@
-#include "host/planes.hpp"
+#include "host/synthesis/planes.hpp"
 
 #include <memory>
 #include <utility>

@@ -10,7 +10,7 @@
 #include "bench/peers/parallel.hpp"
 #include "bench/peers/spectral_factors.hpp"
 #include "bench/report.hpp"
-#include "host/spectral_factors.hpp"
+#include "host/synthesis/spectral_factors.hpp"
 
 namespace btfield::bench {
 namespace {

@@ -1,7 +1,7 @@
-# Turns kernels/*.cl and *.clh into one C++ source, so that no file is looked up at run time.
+# Turns the .cl and .clh files of kernels/ into one C++ source, so that no file is looked up at run time.
 #
-# btfield_embed_kernels(OUTPUT FILE...): OUTPUT defines btfield::embedded_kernel(name). Local includes are resolved
-# here; #line directives make build logs point at the .cl file and line.
+# btfield_embed_kernels(OUTPUT FILE...): OUTPUT defines btfield::embedded_kernel(name). Includes are resolved
+# here, from kernels/; #line directives make build logs point at the .cl file and line.
 
 set(_BTFIELD_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_FILE})
 
@@ -9,7 +9,7 @@ function(btfield_embed_kernels output)
     list(JOIN ARGN "," files)
     add_custom_command(
         OUTPUT ${output}
-        COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DFILES=${files} -P ${_BTFIELD_EMBED_SCRIPT}
+        COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DROOT=${CMAKE_CURRENT_SOURCE_DIR} -DFILES=${files} -P ${_BTFIELD_EMBED_SCRIPT}
         DEPENDS ${ARGN} ${_BTFIELD_EMBED_SCRIPT}
         COMMENT "Embedding kernels" VERBATIM)
 endfunction()
@@ -26,10 +26,9 @@ if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
             return()
         endif()
         set_property(GLOBAL APPEND PROPERTY seen_files ${file})
-        get_filename_component(folder ${file} DIRECTORY)
-        get_filename_component(name ${file} NAME)
+        file(RELATIVE_PATH name ${ROOT} ${file})
         file(READ ${file} text)
-        set(out "#line 1 \"kernels/${name}\"\n")
+        set(out "#line 1 \"${name}\"\n")
         set(line 1)
         while(text MATCHES "(^|\n)#include \"([^\"\n]+)\"")
             set(header ${CMAKE_MATCH_2})
@@ -42,8 +41,8 @@ if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
             string(REGEX REPLACE "[^\n]" "" breaks "${before}")
             string(LENGTH "${breaks}" count)
             math(EXPR line "${line} + ${count}")
-            expand(${folder}/${header} included)
-            string(APPEND out "${before}" "${included}" "\n#line ${line} \"kernels/${name}\"\n")
+            expand(${ROOT}/kernels/${header} included)
+            string(APPEND out "${before}" "${included}" "\n#line ${line} \"${name}\"\n")
         endwhile()
         string(APPEND out "${text}")
         set(${result} "${out}" PARENT_SCOPE)

@@ -57,6 +57,16 @@ std::string first_error_line(const std::string& log) {
     return log.substr(begin, log.find('\n', at) - begin);
 }
 
+/// "kernels/cl/fft.cl": what the first line of an embedded program calls its file.
+std::string file_name(std::string_view stem, std::string_view source) {
+    constexpr std::string_view before = "#line 1 \"";
+    if (source.substr(0, before.size()) == before) {
+        source.remove_prefix(before.size());
+        return std::string(source.substr(0, source.find('"')));
+    }
+    return std::string(stem) + ".cl";
+}
+
 }  // namespace
 
 std::string BuildParameters::options() const {
@@ -81,7 +91,7 @@ cl::Kernel& ProgramCache::kernel(std::string_view stem, const std::string& name,
                                  const BuildParameters& parameters) {
     const std::string_view source = embedded_kernel(stem);
     if (source.empty())
-        throw DeviceError("build kernels/" + std::string(stem) + ".cl", "no such program is embedded",
+        throw DeviceError("build the kernels of '" + std::string(stem) + "'", "no such program is embedded",
                           "reinstall btfield: the library and its headers do not match");
     // One kernel a program: only what is launched is ever compiled.
     return kernel_from_source(stem, source, name, parameters.options() + " -DBTFIELD_KERNEL_" + name);
@@ -93,8 +103,7 @@ cl::Kernel& ProgramCache::kernel_from_source(std::string_view stem, std::string_
     const auto found = built.kernels.find(name);
     if (found != built.kernels.end()) return found->second;
     return guarded(
-        "create kernel '" + name + "' of kernels/" + std::string(stem) + ".cl", device_name_,
-        [&]() -> cl::Kernel& {
+        "create kernel '" + name + "' of " + file_name(stem, source), device_name_, [&]() -> cl::Kernel& {
             return built.kernels.emplace(name, cl::Kernel(built.program, name.c_str())).first->second;
         });
 }
@@ -111,7 +120,7 @@ ProgramCache::Program& ProgramCache::program(std::string_view stem, std::string_
     if (load(key, all_options, built)) {
         ++statistics_.loaded;
     } else {
-        const std::string where = "build kernels/" + std::string(stem) + ".cl";
+        const std::string where = "build " + file_name(stem, source);
         guarded(where, device_name_, [&] { built = cl::Program(context_, std::string(source)); });
         try {
             built.build(device_, all_options.c_str());

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "btfield/image.hpp"
-#include "host/text_table.hpp"
+#include "host/base/text_table.hpp"
 
 namespace btfield::cli {
 

@@ -9,8 +9,8 @@
 
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
+#include "host/base/strict_json.hpp"
 #include "host/experiment/config_text.hpp"
-#include "host/strict_json.hpp"
 
 namespace btfield {
 namespace {

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "btfield/error.hpp"
-#include "host/parallel.hpp"
-#include "host/sha256.hpp"
+#include "host/base/parallel.hpp"
+#include "host/experiment/sha256.hpp"
 
 namespace btfield {
 namespace {

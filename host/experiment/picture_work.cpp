@@ -13,8 +13,8 @@
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/synthesis.hpp"
-#include "host/pixel_values.hpp"
-#include "host/sha256.hpp"
+#include "host/experiment/sha256.hpp"
+#include "host/pictures/pixel_values.hpp"
 
 namespace btfield {
 namespace {

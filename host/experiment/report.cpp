@@ -8,11 +8,11 @@
 
 #include "btfield/criteria.hpp"
 #include "btfield/experiment.hpp"
+#include "host/base/file_output.hpp"
 #include "host/experiment/plot.hpp"
 #include "host/experiment/results_database.hpp"
 #include "host/experiment/table_format.hpp"
 #include "host/experiment/thumbnail.hpp"
-#include "host/file_output.hpp"
 
 namespace btfield {
 namespace {

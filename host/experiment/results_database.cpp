@@ -3,7 +3,7 @@
 #include <ctime>
 
 #include "btfield/error.hpp"
-#include "host/sha256.hpp"
+#include "host/experiment/sha256.hpp"
 
 namespace btfield {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "host/text_table.hpp"
+#include "host/base/text_table.hpp"
 
 namespace btfield {
 namespace {

@@ -1,0 +1,112 @@
+#include "btfield/criteria.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "btfield/error.hpp"
+#include "btfield/lag_covariance.hpp"
+#include "host/analysis/lag_products.hpp"
+
+namespace btfield {
+
+namespace {
+
+void check_comparable(const Image& a, const Image& b) {
+    const std::string asked = "compare two pictures";
+    if (a.planes() < 1 || b.planes() < 1)
+        throw InputError(asked, "one of them is empty", "give two pictures");
+    if (a.planes() != b.planes()) {
+        throw InputError(asked,
+                         "the first has " + std::to_string(a.planes()) + " planes, the second " +
+                             std::to_string(b.planes()),
+                         "give pictures with the same number of planes");
+    }
+    for (int i = 0; i < a.planes(); ++i) {
+        const auto values = a.plane(i);
+        const auto [low, high] = std::minmax_element(values.begin(), values.end());
+        if (*low == *high) {
+            throw InputError(asked, "plane " + std::to_string(i) + " of the first is constant",
+                             "give a reference whose every plane varies");
+        }
+    }
+}
+
+std::vector<float> sorted(std::span<const float> values) {
+    std::vector<float> result(values.begin(), values.end());
+    std::ranges::sort(result);
+    return result;
+}
+
+}  // namespace
+
+Comparison compare(const Image& a, const Image& b) {
+    check_comparable(a, b);
+    // What fits in both sides of both pictures; (0, 0) stays first.
+    const std::vector<Offset> lags =
+        probe_lags({std::min(a.height(), b.height()), std::min(a.width(), b.width())});
+    const std::vector<double> cov_a = covariances_at(a, lags);
+    const std::vector<double> cov_b = covariances_at(b, lags);
+    const std::vector<double> means_a = plane_means(a);
+    const std::vector<double> means_b = plane_means(b);
+    const auto d = static_cast<std::size_t>(a.planes());
+
+    Comparison result;
+    result.planes.resize(d);
+    for (std::size_t i = 0; i < d; ++i) {
+        Comparison::Plane& p = result.planes[i];
+        p.mean = {means_a[i], means_b[i]};
+        // Rounding may put the variance of a constant plane below zero. This order of arguments keeps a NaN.
+        p.std = {std::sqrt(std::max(cov_a[i * d + i], 0.0)), std::sqrt(std::max(cov_b[i * d + i], 0.0))};
+        p.std_ratio = p.std[1] / p.std[0];
+    }
+
+    double error = 0.0;
+    for (std::size_t s = 0; s < lags.size(); ++s) {
+        for (std::size_t i = 0; i < d; ++i) {
+            const std::size_t at = (s * d + i) * d + i;
+            error += std::abs(cov_a[at] - cov_b[at]) / cov_a[i * d + i];
+        }
+    }
+    result.lag_covariance_error = error / static_cast<double>(lags.size() * d);
+
+    double difference = 0.0;
+    double reference = 0.0;
+    for (std::size_t k = 0; k < d * d; ++k) {
+        difference += (cov_a[k] - cov_b[k]) * (cov_a[k] - cov_b[k]);
+        reference += cov_a[k] * cov_a[k];
+    }
+    result.spectral_covariance_error = std::sqrt(difference) / std::sqrt(reference);
+    return result;
+}
+
+std::vector<double> quantile_errors(const Image& a, const Image& b) {
+    check_comparable(a, b);
+    std::vector<double> errors;
+    errors.reserve(static_cast<std::size_t>(a.planes()));
+    for (int p = 0; p < a.planes(); ++p) {
+        const std::vector<float> x = sorted(a.plane(p)), y = sorted(b.plane(p));
+        const auto n = static_cast<double>(x.size()), m = static_cast<double>(y.size());
+        const double mean = std::accumulate(x.begin(), x.end(), 0.0) / n;
+        double variance = 0.0, sum = 0.0, u = 0.0;
+        for (const float value : x) variance += (value - mean) * (value - mean) / n;
+        // Both quantile functions are steps: from one step of either to the next.
+        for (std::size_t i = 0, j = 0; i < x.size() && j < y.size();) {
+            const double end_x = static_cast<double>(i + 1) / n, end_y = static_cast<double>(j + 1) / m;
+            const double end = std::min(end_x, end_y);
+            const double difference = static_cast<double>(x[i]) - static_cast<double>(y[j]);
+            sum += (end - u) * difference * difference;
+            u = end;
+            if (end_x <= end) ++i;
+            if (end_y <= end) ++j;
+        }
+        errors.push_back(std::sqrt(sum / variance));
+    }
+    return errors;
+}
+
+}  // namespace btfield

@@ -1,0 +1,133 @@
+#include "host/fit/folded_periodogram.hpp"
+
+#include <algorithm>
+#include <complex>
+#include <cstddef>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+
+#include "btfield/error.hpp"
+#include "host/base/parallel.hpp"
+
+namespace btfield {
+namespace {
+
+using Complex = std::complex<double>;
+using std::size_t;
+
+struct Cells {
+    std::vector<double> centre;  ///< ω
+    std::vector<double> share;   ///< of the axis' frequencies
+    std::vector<int> of;  ///< cell of each frequency 0 … N − 1; −1 where its mirror image stands for it
+};
+
+/// Cells of one axis, mirror images of each other around 0.
+/// \param both  both signs, else only 0 <= ω <= π
+Cells cells_of(int count, bool both) {
+    Cells cells;
+    cells.of.assign(static_cast<size_t>(count), -1);
+    const double unit = 2.0 * std::numbers::pi / count;
+    const auto add = [&](int first, int last) {
+        const int cell = static_cast<int>(cells.centre.size());
+        cells.centre.push_back(0.5 * unit * (first + last));
+        cells.share.push_back(static_cast<double>(last - first + 1) / count);
+        for (int k = first; k <= last; ++k) cells.of[static_cast<size_t>((k + count) % count)] = cell;
+    };
+    add(0, 0);
+    const int half = (count - 1) / 2;  // beyond it only count / 2 for even counts, its own mirror image
+    for (int k = 1; k <= half;) {
+        const int width = std::clamp(k / 12, 1, std::max(1, count / 100));
+        const int last = std::min(half, k + width - 1);
+        add(k, last);
+        if (both) add(-last, -k);
+        k = last + 1;
+    }
+    if (count % 2 == 0) add(count / 2, count / 2);
+    return cells;
+}
+
+/// In place along one axis, lines in parallel.
+void transform(std::vector<Complex>& values, int lines, int length, size_t line_step, size_t step) {
+    constexpr int chunk = 16;
+    for_each_block((lines + chunk - 1) / chunk, [&](int block) {
+        Eigen::FFT<double> fft;
+        std::vector<Complex> in(static_cast<size_t>(length)), out;
+        for (int line = block * chunk; line < std::min(lines, (block + 1) * chunk); ++line) {
+            Complex* const first = values.data() + static_cast<size_t>(line) * line_step;
+            for (size_t k = 0; k < in.size(); ++k) in[k] = first[k * step];
+            fft.fwd(out, in);
+            for (size_t k = 0; k < in.size(); ++k) first[k * step] = out[k];
+        }
+    });
+}
+
+}  // namespace
+
+FoldedPeriodogram folded_periodogram(const Image& image) {
+    if (image.planes() < 1 || area(image.size()) == 0) {
+        throw InputError("periodogram of a picture", "the picture is empty",
+                         "give a picture with at least one pixel");
+    }
+    const int d = image.planes(), height = image.height(), width = image.width();
+    const size_t pixels = area(image.size());
+    std::vector<std::vector<Complex>> spectra;
+    for (int p = 0; p < d; ++p) {
+        const std::span<const float> plane = image.plane(p);
+        double mean = 0.0;
+        for (const float v : plane) mean += v;
+        mean /= static_cast<double>(pixels);
+        std::vector<Complex>& values = spectra.emplace_back(pixels);
+        std::transform(plane.begin(), plane.end(), values.begin(), [&](float v) { return v - mean; });
+        transform(values, height, width, static_cast<size_t>(width), 1);
+        transform(values, width, height, 1, static_cast<size_t>(width));
+    }
+    const Cells rows = cells_of(height, false), columns = cells_of(width, true);
+    FoldedPeriodogram result;
+    for (size_t m = 0; m < rows.centre.size(); ++m) {
+        const bool own_mirror = m == 0 || (height % 2 == 0 && m + 1 == rows.centre.size());
+        result.grid.row.push_back(rows.centre[m]);
+        result.grid.row_weight.push_back((own_mirror ? 1.0 : 2.0) * rows.share[m]);
+        result.rows.emplace_back(d, columns.centre.size());
+    }
+    result.grid.column = columns.centre;
+    result.grid.column_weight = columns.share;
+    std::vector<std::vector<int>> members(rows.centre.size());
+    for (int row = 0; row < height; ++row) {
+        if (const int cell = rows.of[static_cast<size_t>(row)]; cell >= 0)
+            members[static_cast<size_t>(cell)].push_back(row);
+    }
+    for_each_block(static_cast<int>(members.size()), [&](int block) {
+        const auto m = static_cast<size_t>(block);
+        LaneMatrix& cell = result.rows[m];
+        for (const int row : members[m]) {
+            const size_t line = static_cast<size_t>(row) * static_cast<size_t>(width);
+            for (int i = 0; i < d; ++i) {
+                for (int j = 0; j <= i; ++j) {
+                    const Complex* const a = spectra[static_cast<size_t>(i)].data() + line;
+                    const Complex* const b = spectra[static_cast<size_t>(j)].data() + line;
+                    double* const re = cell.real(i, j);
+                    double* const im = cell.imaginary(i, j);
+                    for (size_t n = 0; n < static_cast<size_t>(width); ++n) {
+                        const Complex product = a[n] * std::conj(b[n]);
+                        re[columns.of[n]] += product.real();
+                        im[columns.of[n]] += product.imag();
+                    }
+                }
+            }
+        }
+        for (int i = 0; i < d; ++i) {
+            for (int j = 0; j <= i; ++j) {
+                for (size_t n = 0; n < cell.lanes(); ++n) {
+                    const double count = columns.share[n] * width * static_cast<double>(members[m].size());
+                    const double scale = 1.0 / (count * static_cast<double>(pixels));
+                    cell.real(i, j)[n] *= scale;
+                    cell.imaginary(i, j)[n] *= scale;
+                }
+            }
+        }
+        cell.complete_hermitian();
+    });
+    return result;
+}
+
+}  // namespace btfield

@@ -1,0 +1,457 @@
+#include "host/fit/mrf_likelihood.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "btfield/error.hpp"
+#include "host/analysis/lag_matrices.hpp"
+#include "host/fit/mrf_sweep.hpp"
+#include "host/fit/mrf_unknowns.hpp"
+#include "host/spectrum/positive_everywhere.hpp"
+
+namespace btfield {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using std::size_t;
+using RowMajor = LagTransform::RowMajor;
+
+// Beyond this many unknowns the Hessian is not formed: conjugate gradients need only its products with
+// vectors.
+constexpr Index most_explicit = 1500;
+// Grids: while far from the optimum, near it, and the most that any picture gets.
+constexpr GridDensity coarse = {32, 12, 0, 0};
+constexpr GridDensity fine = {64, 16, 0, 0};
+// Uniform nodes: where the plain problem needs more than the first, it is not worth having; the second is for
+// the penalised one.
+constexpr int most_uniform = 128, most_penalised = 256;
+// Difference of covariances, relative, that passes when the grid cannot be refined further.
+constexpr double acceptable = 1e-5;
+// In sides of the picture.
+constexpr double longest_wave = 4.0;
+
+/// The convex problem in the basis that it is solved in.
+class Problem {
+  public:
+    Problem(HalfSupport support, std::vector<MrfUnknown> unknowns, VectorXd data, int planes)
+        : support_(std::move(support)),
+          unknowns_(std::move(unknowns)),
+          data_(std::move(data)),
+          pairs_(static_cast<Index>(unknowns_.size()) <= most_explicit ? planes : 0),
+          planes_(planes) {}
+
+    [[nodiscard]] HermitianPolynomial polynomial(const VectorXd& x) const {
+        HermitianPolynomial q;
+        q.centre.setZero(planes_, planes_);
+        q.offsets = support_.offsets;
+        q.terms.assign(support_.offsets.size(), MatrixXd::Zero(planes_, planes_));
+        assign(unknowns_, x, q);
+        return q;
+    }
+    [[nodiscard]] const std::vector<MrfUnknown>& unknowns() const { return unknowns_; }
+    [[nodiscard]] Offset reach() const { return support_.reach; }
+
+    /// Adds ½ weight · mean_t tr(S_t²), S = Q⁻¹, to the objective: convex too, and infinite for infinitely
+    /// long waves.
+    void set_penalty(double weight) { penalty_ = weight; }
+
+    /// The objective; nothing where Q is not positive definite on the grid.
+    [[nodiscard]] std::optional<double> value(const VectorXd& x, const Lattice& lattice) const {
+        std::vector<double> squares(static_cast<size_t>(RowBlocks(lattice.rows()).count));
+        const std::optional<double> mean =
+            sweep(polynomial(x), lattice, penalty_ > 0.0, [&](int block, size_t m, const LaneMatrix& s) {
+                if (!(penalty_ > 0.0)) return;
+                double sum = 0.0;
+                for (int i = 0; i < planes_; ++i) {
+                    for (int j = 0; j < planes_; ++j) {
+                        const double* re = s.real(i, j);
+                        const double* im = s.imaginary(i, j);
+                        for (size_t n = 0; n < s.lanes(); ++n)
+                            sum += lattice.grid.column_weight[n] * (re[n] * re[n] + im[n] * im[n]);
+                    }
+                }
+                squares[static_cast<size_t>(block)] += lattice.grid.row_weight[m] * sum;
+            });
+        if (!mean) return std::nullopt;
+        double sum = 0.0;
+        for (const double square : squares) sum += square;
+        return data_.dot(x) - *mean + 0.5 * penalty_ * sum;
+    }
+    /// ∂f: data's minus model's covariances (with the penalty: those of S + weight S³), as `traces` arranges
+    /// them.
+    [[nodiscard]] VectorXd gradient(const VectorXd& x, const Lattice& lattice) const {
+        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
+        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
+            RowMajor rows;
+            lower_triangle(s, rows);
+            if (penalty_ > 0.0) {
+                RowMajor cubes;
+                lower_triangle(product(product(s, s), s), cubes);
+                rows += penalty_ * cubes;
+            }
+            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+        });
+        return data_ - traces(unknowns_, lattice.lags, sum_of(sums));
+    }
+    struct Derivatives {
+        VectorXd gradient;
+        MatrixXd hessian;
+    };
+    /// Hessian: traces of Φ = S⊗S + weight (S⊗S³ + S²⊗S² + S³⊗S).
+    [[nodiscard]] Derivatives derivatives(const VectorXd& x, const Lattice& lattice) const {
+        const auto count = static_cast<Index>(pairs_.pairs().size());
+        std::vector<RowMajor> second = blocks_of(lattice, lattice.twice, count);
+        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
+            RowMajor rows = RowMajor::Zero(2 * count, static_cast<Index>(lattice.columns()));
+            pairs_.add_products(s, s, 1.0, rows);
+            if (penalty_ > 0.0) {
+                const LaneMatrix square = product(s, s), cube = product(square, s);
+                pairs_.add_products(square, square, penalty_, rows);
+                pairs_.add_products(s, cube, penalty_, rows);
+                pairs_.add_products(cube, s, penalty_, rows);
+            }
+            lattice.twice.add(m, rows, second[static_cast<size_t>(block)]);
+        });
+        return {gradient(x, lattice), second_traces(unknowns_, pairs_, lattice.twice, sum_of(second))};
+    }
+    /// H v = traces of S V S (+ weight (S V S³ + S² V S² + S³ V S)), V the polynomial of v.
+    [[nodiscard]] VectorXd hessian_times(const VectorXd& x, const VectorXd& v, const Lattice& lattice) const {
+        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
+        const HermitianPolynomial direction = polynomial(v);
+        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
+            LaneMatrix change(planes_, lattice.columns());
+            evaluate(direction, lattice.grid.row[m], lattice.waves, change);
+            change.complete_hermitian();
+            RowMajor rows;
+            const LaneMatrix once = product(product(s, change), s);
+            lower_triangle(once, rows);
+            if (penalty_ > 0.0) {
+                const LaneMatrix square = product(s, s);
+                for (const LaneMatrix& term :
+                     {product(once, square), product(product(s, once), s), product(square, once)}) {
+                    RowMajor more;
+                    lower_triangle(term, more);
+                    rows += penalty_ * more;
+                }
+            }
+            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+        });
+        return traces(unknowns_, lattice.lags, sum_of(sums));
+    }
+    /// Model's covariance at lag 0.
+    [[nodiscard]] MatrixXd covariance(const VectorXd& x, const Lattice& lattice) const {
+        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
+        sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
+            RowMajor rows;
+            lower_triangle(s, rows);
+            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+        });
+        return mean_of(lattice.lags, sum_of(sums), planes_);
+    }
+
+  private:
+    [[nodiscard]] Index triangle() const { return Index{planes_} * (planes_ + 1) / 2; }
+    static std::vector<RowMajor> blocks_of(const Lattice& lattice, const LagTransform& transform,
+                                           Index functions) {
+        return sums_of_blocks(lattice.rows(), transform, functions);
+    }
+    /// Calls visit(block, m, Q⁻¹ or rubbish) for every row m. \return mean ln det Q, nothing when indefinite
+    template <class Visit>
+    static std::optional<double> sweep(const HermitianPolynomial& q, const Lattice& lattice, bool invert,
+                                       const Visit& visit) {
+        return sweep_rows(
+            q, lattice.grid, lattice.waves, invert ? Sweep::inverse : Sweep::logarithm,
+            [&](int block, size_t m, const LaneMatrix& s, const LaneMatrix&) { visit(block, m, s); });
+    }
+    HalfSupport support_;
+    std::vector<MrfUnknown> unknowns_;
+    VectorXd data_;
+    PairTable pairs_;
+    int planes_;
+    double penalty_ = 0.0;
+};
+
+/// Conjugate gradients on H step = −g to a relative residual.
+VectorXd conjugate_gradients(const Problem& problem, const VectorXd& x, const VectorXd& gradient,
+                             const Lattice& lattice, double relative) {
+    VectorXd step = VectorXd::Zero(x.size()), residual = -gradient, direction = residual;
+    double power = residual.squaredNorm();
+    const double goal = relative * relative * power;
+    for (Index k = 0; k < x.size() && power > goal; ++k) {
+        const VectorXd image = problem.hessian_times(x, direction, lattice);
+        const double along = direction.dot(image);
+        if (!(along > 0.0)) break;
+        step += power / along * direction;
+        residual -= power / along * image;
+        const double next = residual.squaredNorm();
+        direction = residual + next / power * direction;
+        power = next;
+    }
+    return step;
+}
+
+struct Minimum {
+    VectorXd x;
+    double value = 0.0, gradient = 0.0;
+    int iterations = 0;
+    bool converged = false, too_long = false;
+    GridDensity density;  ///< of a grid that resolves Q⁻¹
+};
+
+/// Largest difference of covariances: the gradient counts those off the diagonal and at lags twice.
+double mismatch(const Problem& problem, const VectorXd& gradient) {
+    double largest = 0.0;
+    for (Index k = 0; k < gradient.size(); ++k) {
+        const double scale = 2.0 * std::abs(problem.unknowns()[static_cast<size_t>(k)].scale());
+        const double difference = std::abs(gradient[k]) / scale;
+        if (!(difference <= largest)) largest = difference;  // NaN stays
+    }
+    return largest;
+}
+
+/// \param start  positive definite everywhere
+/// \param from   where to begin, positive definite
+/// \param most_nodes  uniform ones, of the finest grid
+/// \param limit  of the reach in pixels: beyond it, the search ends with too_long
+Minimum minimise(const Problem& problem, const VectorXd& start, const VectorXd& from, double limit,
+                 int most_nodes, const MrfLikelihoodOptions& options) {
+    Minimum result;
+    VectorXd x = from;
+    GridDensity base = coarse;
+    std::optional<Lattice> lattice;
+    lattice.emplace(resolving(problem.polynomial(x), base), problem.reach());
+    std::optional<double> value = problem.value(x, *lattice);
+    if (!value) return result;
+    VectorXd checked;  // x that a finer grid has seen
+    const auto refine = [&](const GridDensity& density) {
+        lattice.emplace(density, problem.reach());
+        value = problem.value(x, *lattice);
+        // What is positive definite between the nodes of one grid may not be on another: the way back to the
+        // start is inside the convex set of those that are.
+        for (int k = 0; !value && k < 60; ++k) {
+            x = 0.5 * (x + start);
+            value = problem.value(x, *lattice);
+        }
+        return value.has_value();
+    };
+    const bool explicitly = x.size() <= most_explicit;
+    while (true) {
+        // Peaks sharpen on the way to the optimum.
+        const HermitianPolynomial q = problem.polynomial(x);
+        const Reach reach = correlation_reach(q);
+        if (reach.row > limit || reach.column > limit) {
+            result.too_long = true;
+            return result;
+        }
+        const GridDensity needed = resolving(q, base);
+        if (needed.row_levels > lattice->density.row_levels ||
+            needed.column_levels > lattice->density.column_levels) {
+            if (!refine(needed)) return result;
+        }
+        Problem::Derivatives at;
+        if (explicitly) {
+            at = problem.derivatives(x, *lattice);
+        } else {
+            at.gradient = problem.gradient(x, *lattice);
+        }
+        const double off = mismatch(problem, at.gradient);
+        result.x = x;
+        result.value = *value;
+        result.gradient = off;
+        result.density = lattice->density;
+        if (!std::isfinite(off)) return result;
+        if (base == coarse && off < 1e-2) {
+            base = fine;
+            if (!refine(resolving(problem.polynomial(x), base))) return result;
+            continue;
+        }
+        if (off < options.tolerance) {
+            // Is the sum the integral? A finer grid says.
+            GridDensity finer = resolving(problem.polynomial(x), base);
+            finer.uniform *= 2;
+            finer.per_level += finer.per_level / 2;
+            finer.row_levels = std::min(10, finer.row_levels + 1);
+            finer.column_levels = std::min(10, finer.column_levels + 1);
+            const Lattice other(finer, problem.reach());
+            const std::optional<double> there = problem.value(x, other);
+            const double outside = there ? mismatch(problem, problem.gradient(x, other)) : 1.0;
+            result.gradient = outside;
+            if (there) result.density = finer;
+            if (there && outside < 10.0 * options.tolerance) {
+                result.value = *there;
+                result.converged = true;
+                return result;
+            }
+            if (base.uniform >= most_nodes) {
+                result.converged = there && outside < acceptable;
+                return result;
+            }
+            if (result.iterations >= options.max_iterations) return result;
+            base.uniform = finer.uniform;
+            base.per_level = finer.per_level;
+            if (!refine(finer)) return result;
+            continue;
+        }
+        if (result.iterations >= options.max_iterations) return result;
+        VectorXd step;
+        if (explicitly) {
+            const Eigen::LDLT<MatrixXd> factor(at.hessian);
+            step = factor.solve(-at.gradient);
+        } else {
+            step = conjugate_gradients(problem, x, at.gradient, *lattice, std::min(0.1, std::sqrt(off)));
+        }
+        const double slope = at.gradient.dot(step);
+        if (!(slope < 0.0)) return result;
+        ++result.iterations;
+        // Where the predicted gain drowns in the rounding of the objective, Newton's step is taken as it is.
+        const bool close = -slope < 1e-9 * (1.0 + std::abs(*value));
+        double length = 1.0;
+        std::optional<double> next;
+        for (; length > 1e-12; length *= 0.5) {
+            next = problem.value(x + length * step, *lattice);
+            if (next && (close || *next <= *value + 1e-4 * length * slope)) break;
+            next.reset();
+        }
+        if (!next) return result;
+        x += length * step;
+        value = next;
+    }
+}
+
+struct Basis {
+    MatrixXd forward, inverse;  ///< y' = forward · y
+};
+
+/// Planes scaled to unit variance and, where the problem does not depend on the basis, turned to unit
+/// covariance.
+Basis working_basis(const MatrixXd& c0, bool turn) {
+    const VectorXd deviation = c0.diagonal().cwiseSqrt();
+    const VectorXd scale = deviation.cwiseInverse();
+    if (!turn) return {MatrixXd(scale.asDiagonal()), MatrixXd(deviation.asDiagonal())};
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(scale.asDiagonal() * c0 * scale.asDiagonal());
+    const VectorXd root = solver.eigenvalues().cwiseMax(1e-8 * solver.eigenvalues().maxCoeff()).cwiseSqrt();
+    const MatrixXd& u = solver.eigenvectors();
+    return {root.cwiseInverse().asDiagonal() * u.transpose() * scale.asDiagonal(),
+            deviation.asDiagonal() * u * root.asDiagonal()};
+}
+
+/// Σ = Q_0⁻¹ and A_s = Q_0⁻¹ Q_s in the planes of the picture.
+MrfModel field_of(const HermitianPolynomial& q, const Basis& basis, const HalfSupport& support,
+                  size_t offsets) {
+    const Index d = q.centre.rows();
+    const auto block = static_cast<size_t>(d * d);
+    MrfModel model;
+    model.planes = static_cast<int>(d);
+    model.coefficients.resize(offsets * block);
+    const Eigen::LLT<MatrixXd> factor(q.centre);
+    const auto store = [&](const MatrixXd& term, size_t place) {
+        const MatrixXd a = basis.inverse * factor.solve(term) * basis.forward;
+        Eigen::Map<RowMajor>(model.coefficients.data() + place * block, d, d) = a;
+    };
+    for (size_t s = 0; s < q.terms.size(); ++s) {
+        store(q.terms[s], support.position[s]);
+        store(q.terms[s].transpose(), support.mirror[s]);
+    }
+    const MatrixXd sigma = basis.inverse * factor.solve(MatrixXd::Identity(d, d)) * basis.inverse.transpose();
+    model.noise_covariance.resize(block);
+    Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+    return model;
+}
+
+}  // namespace
+
+MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind kind,
+                             const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
+                             NoiseForm noise, const MrfLikelihoodOptions& options) {
+    const char* asked = "maximum-likelihood fit of a Markov random field";
+    const HalfSupport support = half_support(statistic, offsets, active, asked);
+    const int d = statistic.planes();
+    const MatrixXd c0 = lag_zero(statistic);
+    for (int i = 0; i < d; ++i) {
+        if (!(c0(i, i) > 0.0) || !std::isfinite(c0(i, i))) {
+            throw InputError(asked, "plane " + std::to_string(i + 1) + " does not vary",
+                             "remove that plane or use a picture that varies");
+        }
+    }
+    const bool full = noise == NoiseForm::full;
+    const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
+    if (full && constrained && d > 1) {
+        throw InputError(asked, "per-pair sets of a 3d-mmrf hold for its A_s only when the noise is diagonal",
+                         "use diagonal noise, or every pair at every offset");
+    }
+    const Basis basis = working_basis(c0, full);
+
+    // Data covariances in that basis. White noise, 1e-9 of the variance, keeps the optimum finite for
+    // pictures without any, and lifts planes that repeat others (their eigenvalue in the whitened basis)
+    // to 1.
+    MatrixXd zero = basis.forward * c0 * basis.forward.transpose();
+    if (full) zero = MatrixXd::Identity(d, d);
+    zero.diagonal().array() += 1e-9;
+    std::vector<MrfUnknown> unknowns =
+        mrf_unknowns(support, d, active, full ? ConstantForm::full : ConstantForm::diagonal);
+    VectorXd data(static_cast<Index>(unknowns.size()));
+    MatrixXd c = zero;
+    for (size_t k = 0; k < unknowns.size(); ++k) {
+        const MrfUnknown& u = unknowns[k];
+        if (k > 0 && u.offset != unknowns[k - 1].offset)
+            c = basis.forward * lag_matrix(statistic, u.offset) * basis.forward.transpose();
+        data[static_cast<Index>(k)] = 2.0 * u.scale() * c(u.i, u.j);
+    }
+    Problem problem(support, std::move(unknowns), std::move(data), d);
+
+    HermitianPolynomial start =
+        problem.polynomial(VectorXd::Zero(static_cast<Index>(problem.unknowns().size())));
+    // Planes that repeat each other make C(0) singular: what is not turned starts from the variances alone.
+    start.centre = full ? zero.inverse() : MatrixXd(zero.diagonal().cwiseInverse().asDiagonal());
+    const VectorXd x0 = collect(problem.unknowns(), start);
+    // A support that is too small for a smooth picture makes up for the variance that it cannot give with
+    // ever longer waves: exponentially long ones on the infinite lattice, beyond float64. Waves longer than a
+    // few pictures are then given up, and with them the part of the variance that only they could carry.
+    const double longest =
+        std::max(64.0, longest_wave * std::max(statistic.size().height, statistic.size().width));
+    Minimum minimum = minimise(problem, x0, x0, longest, most_uniform, options);
+    VectorXd x = minimum.x.size() > 0 ? minimum.x : x0;
+    PositiveDefiniteness proof = positive_everywhere(problem.polynomial(x));
+    int iterations = minimum.iterations;
+    double penalised = 0.0;
+    double penalty = 50.0 / (longest * longest);
+    for (int attempt = 0; attempt < 5 && !(minimum.converged && proof.proven); ++attempt, penalty *= 16.0) {
+        problem.set_penalty(penalty);
+        penalised = penalty;
+        minimum = minimise(problem, x0, attempt == 0 && proof.proven ? x : x0,
+                           std::numeric_limits<double>::infinity(), most_penalised, options);
+        if (minimum.x.size() > 0) x = minimum.x;
+        iterations += minimum.iterations;
+        proof = positive_everywhere(problem.polynomial(x));
+    }
+    problem.set_penalty(0.0);
+
+    MrfLikelihoodFit fit;
+    const HermitianPolynomial q = problem.polynomial(x);
+    const double units = -2.0 * std::log(std::abs(basis.forward.determinant()));
+    const Lattice lattice(minimum.density, problem.reach());
+    fit.objective = problem.value(x, lattice).value_or(std::numeric_limits<double>::infinity()) + units;
+    fit.start_objective = problem.value(x0, lattice).value_or(minimum.value) + units;
+    fit.iterations = iterations;
+    fit.penalty = penalised;
+    fit.gradient = minimum.gradient;
+    fit.converged = minimum.converged;
+    fit.certified = proof.proven;
+    fit.min_eigenvalue = proof.min_eigenvalue;
+    const MatrixXd p0 = basis.inverse * problem.covariance(x, lattice) * basis.inverse.transpose();
+    for (int i = 0; i < d; ++i) fit.variance_ratio.push_back(p0(i, i) / c0(i, i));
+    fit.model = field_of(q, basis, support, offsets.size());
+    fit.model.kind = kind;
+    fit.model.offsets = offsets;
+    fit.model.active = active;
+    return fit;
+}
+
+}  // namespace btfield

@@ -1,0 +1,457 @@
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "host/analysis/lag_matrices.hpp"
+#include "host/base/lane_inverse.hpp"
+#include "host/fit/folded_periodogram.hpp"
+#include "host/fit/likelihood.hpp"
+#include "host/fit/mrf_likelihood.hpp"
+#include "host/fit/mrf_sweep.hpp"
+#include "host/fit/mrf_unknowns.hpp"
+#include "host/spectrum/positive_everywhere.hpp"
+
+namespace btfield {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using std::size_t;
+using RowMajor = LagTransform::RowMajor;
+
+// Most descents take 10 to 30 steps; what takes more crawls along a narrow valley.
+constexpr int most_steps = 60;
+// Of the data's, in a model that is kept.
+constexpr double most_variance = 1.05;
+
+/// a + aᴴ
+LaneMatrix twice_hermitian_part(const LaneMatrix& a) {
+    LaneMatrix result = adjoint(a);
+    add(result, a, 1.0);
+    return result;
+}
+
+/// result += scale · (column k of a) (row l of b)
+void add_outer(const LaneMatrix& a, int k, const LaneMatrix& b, int l, double scale, LaneMatrix& result) {
+    const int d = a.planes();
+    for (int i = 0; i < d; ++i) {
+        for (int j = 0; j < d; ++j)
+            add_lane_product(a.real(i, k), b.real(l, j), result.real(i, j), a.lanes(), scale);
+    }
+}
+
+/// The unknowns: Λ, whose constant is the identity, and B = Σ^{−1/2}.
+struct Point {
+    HermitianPolynomial lambda;
+    MatrixXd root;  ///< B
+};
+
+class Whittle {
+  public:
+    Whittle(const HalfSupport& support, const std::vector<std::uint8_t>& active, int planes, bool full,
+            const FrequencyGrid& cells, std::vector<LaneMatrix> periodogram)
+        : planes_(planes),
+          unknowns_(mrf_unknowns(support, planes, active, ConstantForm::none)),
+          roots_(mrf_unknowns({}, planes, {}, full ? ConstantForm::full : ConstantForm::diagonal)),
+          pairs_(planes),
+          reach_(support.reach),
+          cells_(cells),
+          periodogram_(std::move(periodogram)),
+          waves_(cells_.column, reach_.column),
+          lags_(cells_, reach_),
+          twice_(cells_, {2 * reach_.row, 2 * reach_.column}) {}
+
+    [[nodiscard]] VectorXd vector(const Point& point) const {
+        VectorXd x(lags() + roots());
+        x.head(lags()) = collect(unknowns_, point.lambda);
+        for (Index k = 0; k < roots(); ++k) x[lags() + k] = point.root(root(k).i, root(k).j);
+        return x;
+    }
+    [[nodiscard]] Point point(const VectorXd& x, const Point& like) const {
+        Point p = like;
+        assign(unknowns_, x.head(lags()), p.lambda);
+        for (Index k = 0; k < roots(); ++k) {
+            p.root(root(k).i, root(k).j) = x[lags() + k];
+            p.root(root(k).j, root(k).i) = x[lags() + k];
+        }
+        return p;
+    }
+    [[nodiscard]] Offset reach() const { return reach_; }
+    [[nodiscard]] Index lags() const { return static_cast<Index>(unknowns_.size()); }
+    [[nodiscard]] Index roots() const { return static_cast<Index>(roots_.size()); }
+
+    /// Nothing where Λ or B is not positive definite.
+    [[nodiscard]] std::optional<double> value(const Point& p, const Lattice& lattice) const {
+        const Eigen::LLT<MatrixXd> factor(p.root);
+        if (factor.info() != Eigen::Success) return std::nullopt;
+        const RowBlocks blocks(cell_rows());
+        std::vector<double> sums(static_cast<size_t>(blocks.count));
+        const std::optional<double> positive = sweep_rows(
+            p.lambda, cells_, waves_, Sweep::everything,
+            [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda) {
+                const LaneMatrix x = product(p.root, lambda);
+                const LaneMatrix wi = btfield::product(btfield::product(inverse, x), periodogram_[m]);
+                const double sum = mean_trace(adjoint(x), wi, cells_.column_weight);  // X = B Λ
+                sums[static_cast<size_t>(block)] += cells_.row_weight[m] * sum;
+            });
+        if (!positive) return std::nullopt;
+        const std::optional<double> logarithm =
+            sweep_rows(p.lambda, lattice.grid, lattice.waves, Sweep::logarithm,
+                       [](int, size_t, const LaneMatrix&, const LaneMatrix&) {});
+        if (!logarithm) return std::nullopt;
+        const MatrixXd lower = factor.matrixL();
+        double f = -4.0 * lower.diagonal().array().log().sum();
+        for (const double sum : sums) f += sum;
+        return f - *logarithm;
+    }
+
+    struct Derivatives {
+        VectorXd gradient;
+        MatrixXd hessian;  ///< its mixed block is to be scaled by the caller
+    };
+    [[nodiscard]] Derivatives derivatives(const Point& p, const Lattice& lattice) const {
+        const auto count = static_cast<Index>(pairs_.pairs().size());
+        const Index triangle = Index{planes_} * (planes_ + 1) / 2;
+        const RowBlocks blocks(cell_rows());
+        const auto parts = static_cast<size_t>(blocks.count);
+        // K, then the K of every derivative by B; 2 Re W I Λ; Φ of Λ, and of B.
+        std::vector<RowMajor> first(parts, lags_.zero(triangle * (1 + roots())));
+        std::vector<RowMajor> root_first(parts, lags_.zero(triangle));
+        std::vector<RowMajor> second(parts, twice_.zero(count)), root_second(parts, twice_.zero(count));
+        const MatrixXd& b = p.root;
+        sweep_rows(
+            p.lambda, cells_, waves_, Sweep::everything,
+            [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda) {
+                const auto place = static_cast<size_t>(block);
+                const LaneMatrix& data = periodogram_[m];
+                const LaneMatrix bl = product(b, l), lb = adjoint(bl),
+                                 blb = btfield::product(bl, constant(b));
+                const LaneMatrix w = btfield::product(lb, lambda);
+                const LaneMatrix wi = btfield::product(w, data), iw = adjoint(wi);
+                const LaneMatrix wiw = btfield::product(wi, adjoint(w));
+                const LaneMatrix il = btfield::product(data, lambda), lil = btfield::product(lambda, il);
+                const LaneMatrix wil = btfield::product(wi, lambda);
+
+                RowMajor rows((1 + roots()) * 2 * triangle, static_cast<Index>(cells_.column.size())), part;
+                LaneMatrix k = twice_hermitian_part(product(b, wi));
+                add(k, wiw, -1.0);
+                lower_triangle(k, part);
+                rows.topRows(2 * triangle) = part;
+                for (Index r = 0; r < roots(); ++r) {
+                    LaneMatrix z(planes_, data.lanes());
+                    const int i = root(r).i, j = root(r).j;
+                    for (int turn = 0; turn < (i == j ? 1 : 2); ++turn) {
+                        const int from = turn == 0 ? i : j, to = turn == 0 ? j : i;  // F = e_from e_toᵀ
+                        add_row(wi, to, from, z);
+                        add_outer(wil, from, l, to, -1.0, z);
+                        add_outer(il, from, lb, to, 1.0, z);
+                    }
+                    lower_triangle(twice_hermitian_part(z), part);
+                    rows.middleRows(2 * triangle * (1 + r), 2 * triangle) = part;
+                }
+                lags_.add(m, rows, first[place]);
+                lower_triangle(twice_hermitian_part(wil), part);
+                lags_.add(m, part, root_first[place]);
+
+                RowMajor products = RowMajor::Zero(2 * count, static_cast<Index>(cells_.column.size()));
+                const auto both = [&](const LaneMatrix& x, const LaneMatrix& y, double scale) {
+                    pairs_.add_products(x, y, scale, products);
+                    pairs_.add_products(y, x, scale, products);
+                };
+                both(blb, data, 1.0);
+                both(bl, wi, -1.0);
+                both(lb, iw, -1.0);
+                both(l, wiw, 1.0);
+                twice_.add(m, products, second[place]);
+                products.setZero();
+                both(l, lil, 1.0);
+                twice_.add(m, products, root_second[place]);
+            });
+        std::vector<RowMajor> barrier = sums_of_blocks(lattice.rows(), lattice.lags, triangle);
+        std::vector<RowMajor> barrier_second = sums_of_blocks(lattice.rows(), lattice.twice, count);
+        sweep_rows(p.lambda, lattice.grid, lattice.waves, Sweep::inverse,
+                   [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix&) {
+                       RowMajor rows;
+                       lower_triangle(l, rows);
+                       lattice.lags.add(m, rows, barrier[static_cast<size_t>(block)]);
+                       rows.setZero(2 * count, static_cast<Index>(lattice.columns()));
+                       pairs_.add_products(l, l, 1.0, rows);
+                       lattice.twice.add(m, rows, barrier_second[static_cast<size_t>(block)]);
+                   });
+
+        const RowMajor moments = sum_of(first);
+        const Index width = triangle * lags_.columns();
+        const MatrixXd inverse = b.inverse();
+        Derivatives result{VectorXd(lags() + roots()), MatrixXd(lags() + roots(), lags() + roots())};
+        result.gradient.head(lags()) = traces(unknowns_, lags_, moments.leftCols(width)) -
+                                       traces(unknowns_, lattice.lags, sum_of(barrier));
+        result.gradient.tail(roots()) = traces(roots_, lags_, sum_of(root_first));
+        result.hessian.topLeftCorner(lags(), lags()) =
+            second_traces(unknowns_, pairs_, twice_, sum_of(second)) +
+            second_traces(unknowns_, pairs_, lattice.twice, sum_of(barrier_second));
+        result.hessian.bottomRightCorner(roots(), roots()) =
+            second_traces(roots_, pairs_, twice_, sum_of(root_second));
+        for (Index r = 0; r < roots(); ++r) {
+            const MatrixXd change = inverse * elementary(r) * inverse;
+            result.gradient[lags() + r] -= 2.0 * (inverse * elementary(r)).trace();
+            for (Index q = 0; q < roots(); ++q)
+                result.hessian(lags() + r, lags() + q) += 2.0 * (change * elementary(q)).trace();
+            const VectorXd mixed = traces(unknowns_, lags_, moments.middleCols(width * (1 + r), width));
+            result.hessian.block(0, lags() + r, lags(), 1) = mixed;
+            result.hessian.block(lags() + r, 0, 1, lags()) = mixed.transpose();
+        }
+        return result;
+    }
+
+  private:
+    [[nodiscard]] int cell_rows() const { return static_cast<int>(cells_.row.size()); }
+    [[nodiscard]] const MrfUnknown& root(Index k) const { return roots_[static_cast<size_t>(k)]; }
+    [[nodiscard]] MatrixXd elementary(Index k) const {
+        MatrixXd e = MatrixXd::Zero(planes_, planes_);
+        e(root(k).i, root(k).j) = e(root(k).j, root(k).i) = 1.0;
+        return e;
+    }
+    [[nodiscard]] LaneMatrix constant(const MatrixXd& a) const {
+        LaneMatrix result(planes_, cells_.column.size());
+        for (int i = 0; i < planes_; ++i) {
+            for (int j = 0; j < planes_; ++j) std::fill_n(result.real(i, j), result.lanes(), a(i, j));
+        }
+        return result;
+    }
+    /// Row `to` of z += row `from` of a: z + e_to e_fromᵀ a.
+    static void add_row(const LaneMatrix& a, int from, int to, LaneMatrix& z) {
+        for (int j = 0; j < a.planes(); ++j) {
+            const double* const source = a.real(from, j);
+            double* const goal = z.real(to, j);
+            for (size_t n = 0; n < 2 * a.lanes(); ++n) goal[n] += source[n];
+        }
+    }
+    int planes_;
+    std::vector<MrfUnknown> unknowns_, roots_;
+    PairTable pairs_;
+    Offset reach_;
+    FrequencyGrid cells_;
+    std::vector<LaneMatrix> periodogram_;
+    Waves waves_;
+    LagTransform lags_, twice_;
+};
+
+/// Newton step; the mixed second derivatives count as far as the Hessian stays positive definite.
+VectorXd newton_step(const Whittle::Derivatives& at, Index lags) {
+    const Index roots = at.gradient.size() - lags;
+    const VectorXd scale = at.hessian.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    MatrixXd h = scale.asDiagonal() * at.hessian * scale.asDiagonal();
+    const VectorXd g = scale.asDiagonal() * at.gradient;
+    for (int attempt = 0; attempt < 8; ++attempt) {
+        const Eigen::LLT<MatrixXd> factor(h);
+        if (factor.info() == Eigen::Success) return scale.asDiagonal() * factor.solve(-g);
+        const double less = attempt < 6 ? 0.6 : 0.0;
+        h.topRightCorner(lags, roots) *= less;
+        h.bottomLeftCorner(roots, lags) *= less;
+    }
+    return -(scale.asDiagonal() * g);
+}
+
+struct Descent {
+    Point point;
+    double value = 0.0, start = 0.0, gradient = 0.0;
+    int iterations = 0;
+    bool converged = false;
+};
+
+Descent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodOptions& options) {
+    constexpr GridDensity base = {64, 16, 0, 0};
+    Descent result;
+    result.point = start;
+    std::optional<Lattice> lattice;
+    lattice.emplace(resolving(start.lambda, base), whittle.reach());
+    std::optional<double> value = whittle.value(start, *lattice);
+    if (!value) return result;
+    result.start = *value;
+    while (true) {
+        const GridDensity needed = resolving(result.point.lambda, base);
+        if (needed.row_levels > lattice->density.row_levels ||
+            needed.column_levels > lattice->density.column_levels) {
+            lattice.emplace(needed, whittle.reach());
+            const std::optional<double> again = whittle.value(result.point, *lattice);
+            if (!again) break;
+            value = again;
+        }
+        result.value = *value;
+        const Whittle::Derivatives at = whittle.derivatives(result.point, *lattice);
+        const VectorXd step = newton_step(at, whittle.lags());
+        const double slope = at.gradient.dot(step);
+        // Newton's decrement: how much lower the objective could get.
+        result.gradient = std::sqrt(std::max(0.0, -slope));
+        if (!(slope < 0.0) || result.gradient < 1e-6) {
+            result.converged = std::isfinite(slope);
+            break;
+        }
+        if (result.iterations >= std::min(options.max_iterations, most_steps)) break;
+        const VectorXd x = whittle.vector(result.point);
+        double length = 1.0;
+        std::optional<double> next;
+        Point candidate;
+        for (; length > 1e-9; length *= 0.5) {
+            candidate = whittle.point(x + length * step, result.point);
+            next = whittle.value(candidate, *lattice);
+            if (next && *next <= *value + 1e-4 * length * slope) break;
+            next.reset();
+        }
+        if (!next) {
+            // Nothing that the rounding of the objective lets through: fine where there was nothing to gain.
+            result.converged = result.gradient < 1e-3;
+            break;
+        }
+        ++result.iterations;
+        // Steps that gain less than any two seeds differ are not worth their time.
+        const bool slow = *value - *next < 1e-8 && result.gradient < 1e-3;
+        result.point = std::move(candidate);
+        value = next;
+        if (slow) {
+            result.value = *value;
+            result.converged = true;
+            break;
+        }
+    }
+    // The start is the same model on the last grid.
+    if (const std::optional<double> there = whittle.value(start, *lattice)) result.start = *there;
+    return result;
+}
+
+}  // namespace
+
+MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodogram& periodogram,
+                             NeighbourhoodKind kind, const std::vector<Offset>& offsets,
+                             const std::vector<std::uint8_t>& active, NoiseForm noise,
+                             const MrfLikelihoodOptions& options) {
+    const char* asked = "maximum-likelihood fit of a pseudo-Markov random field";
+    const int d = statistic.planes();
+    if (d == 1) {
+        MrfLikelihoodFit fit = fit_mmrf_ml(statistic, kind, offsets, active, noise, options);
+        fit.model.form = MrfForm::pmrf;
+        return fit;
+    }
+    const HalfSupport support = half_support(statistic, offsets, active, asked);
+    if (periodogram.rows.empty() || periodogram.rows.front().planes() != d) {
+        throw InputError(asked, "the periodogram is not that of the picture",
+                         "compute both from the same picture");
+    }
+    const bool full = noise == NoiseForm::full;
+    const auto side = static_cast<size_t>(d);
+    check_dense_hessian(asked, support.offsets.size() * side * side + side,
+                        "use least squares (--estimator ls), a 2d-pmrf or 3d-mmrf model, or a lower order");
+    const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
+    const MatrixXd c0 = lag_zero(statistic);
+    MatrixXd turn = MatrixXd::Identity(d, d);
+    if (full && !constrained) turn = Eigen::SelfAdjointEigenSolver<MatrixXd>(c0).eigenvectors().transpose();
+    const double floor = 1e-8 * (turn * c0 * turn.transpose()).diagonal().maxCoeff();
+
+    // Independent planes.
+    Point start{{MatrixXd::Identity(d, d), support.offsets, {}}, MatrixXd::Zero(d, d)};
+    start.lambda.terms.assign(support.offsets.size(), MatrixXd::Zero(d, d));
+    MrfLikelihoodFit fit;
+    fit.converged = true;
+    for (int i = 0; i < d; ++i) {
+        LagCovariance plane(1, statistic.size(), support.reach);
+        std::vector<std::uint8_t> own;
+        for (size_t s = 0; s < offsets.size() && constrained; ++s) {
+            own.push_back(
+                active[(s * static_cast<size_t>(d) + static_cast<size_t>(i)) * static_cast<size_t>(d) +
+                       static_cast<size_t>(i)]);
+        }
+        const auto covariance = [&](Offset s) {
+            double sum = 0.0;
+            for (int a = 0; a < d; ++a) {
+                for (int b = 0; b < d; ++b) sum += turn(i, a) * turn(i, b) * statistic(a, b, s);
+            }
+            return sum;
+        };
+        // White noise where a plane repeats others.
+        plane.set(0, 0, {}, std::max(covariance({}), 0.0) + floor);
+        for (const Offset s : support.offsets) plane.set(0, 0, s, covariance(s));
+        const MrfLikelihoodFit one =
+            fit_mmrf_ml(plane, NeighbourhoodKind::custom, offsets, own, NoiseForm::full, options);
+        fit.iterations += one.iterations;
+        fit.penalty = std::max(fit.penalty, one.penalty);
+        fit.converged = fit.converged && one.converged;
+        for (size_t s = 0; s < support.offsets.size(); ++s)
+            start.lambda.terms[s](i, i) = one.model.coefficients[support.position[s]];
+        start.root(i, i) = 1.0 / std::sqrt(one.model.noise_covariance.front());
+    }
+
+    std::vector<LaneMatrix> turned;
+    for (const LaneMatrix& row : periodogram.rows) {
+        LaneMatrix both = adjoint(product(turn, adjoint(product(turn, row))));
+        for (int i = 0; i < d; ++i) {
+            for (size_t n = 0; n < both.lanes(); ++n) both.real(i, i)[n] += floor;
+        }
+        turned.push_back(std::move(both));
+    }
+    const Whittle whittle(support, active, d, full, periodogram.grid, std::move(turned));
+    Descent end = descend(whittle, start, options);
+    PositiveDefiniteness proof = positive_everywhere(end.point.lambda);
+    const auto model_at = [&](const Point& point) {
+        const auto block = static_cast<size_t>(d) * static_cast<size_t>(d);
+        MrfModel model;
+        model.form = MrfForm::pmrf;
+        model.planes = d;
+        model.kind = kind;
+        model.offsets = offsets;
+        model.active = active;
+        model.coefficients.resize(offsets.size() * block);
+        for (size_t s = 0; s < support.offsets.size(); ++s) {
+            const MatrixXd a = turn.transpose() * point.lambda.terms[s] * turn;
+            Eigen::Map<RowMajor>(model.coefficients.data() + support.position[s] * block, d, d) = a;
+            Eigen::Map<RowMajor>(model.coefficients.data() + support.mirror[s] * block, d, d) = a.transpose();
+        }
+        const MatrixXd root = turn.transpose() * point.root.inverse() * turn;
+        const MatrixXd sigma = root * root;
+        model.noise_covariance.resize(block);
+        Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+        return model;
+    };
+    // Indefinite between the nodes, or so nearly that hardly any frequency holds all of the variance: back
+    // towards the start, which is valid, as little as will do.
+    const VectorXd last = whittle.vector(end.point), first = whittle.vector(start);
+    const auto credible = [&] {
+        if (!proof.proven) return false;
+        fit.model = model_at(end.point);
+        const Certificate& certificate = fit.examination.emplace(examine(fit.model, statistic)).certificate;
+        return certificate.valid && std::ranges::all_of(certificate.variance_ratio,
+                                                        [](double ratio) { return ratio <= most_variance; });
+    };
+    bool kept = credible();
+    for (double back = 1.0 / 4096.0; back <= 1.0 && !kept; back *= 2.0) {
+        end.point = whittle.point(last + back * (first - last), start);
+        proof = positive_everywhere(end.point.lambda);
+        kept = credible();
+    }
+    const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());
+    constexpr double none = std::numeric_limits<double>::infinity();
+    fit.objective = whittle.value(end.point, lattice).value_or(none);
+    fit.start_objective = whittle.value(start, lattice).value_or(end.start);
+    if (!kept || !(fit.objective <= fit.start_objective)) {
+        end.point = start;
+        end.converged = false;
+        fit.objective = fit.start_objective;
+        proof = positive_everywhere(start.lambda);
+        fit.model = model_at(start);
+        fit.examination = examine(fit.model, statistic);
+    }
+    fit.iterations += end.iterations;
+    fit.converged = fit.converged && end.converged;
+    fit.gradient = end.gradient;
+    fit.certified = proof.proven;
+    fit.min_eigenvalue = proof.min_eigenvalue;
+    fit.variance_ratio = fit.examination->certificate.variance_ratio;
+    return fit;
+}
+
+}  // namespace btfield

@@ -1,0 +1,111 @@
+#include "host/pictures/oiio/png_frame.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+
+#include "btfield/error.hpp"
+
+namespace btfield {
+namespace {
+
+constexpr const char* use_a_complete_file = "give a complete and undamaged file";
+
+constexpr std::array<std::uint32_t, 256> crc_table() {
+    std::array<std::uint32_t, 256> table{};
+    for (std::uint32_t i = 0; i < table.size(); ++i) {
+        std::uint32_t value = i;
+        for (int bit = 0; bit < 8; ++bit) value = (value & 1U) != 0 ? value >> 1 ^ 0xedb88320U : value >> 1;
+        table[i] = value;
+    }
+    return table;
+}
+
+/// The reflected CRC-32 of ISO 3309, as the PNG specification asks for.
+std::uint32_t crc32(std::string_view bytes) {
+    static constexpr std::array<std::uint32_t, 256> table = crc_table();
+    std::uint32_t sum = 0xffffffffU;
+    for (const char c : bytes) sum = table[(sum ^ static_cast<unsigned char>(c)) & 0xffU] ^ sum >> 8;
+    return ~sum;
+}
+
+std::uint32_t word(std::string_view bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (const char c : bytes.substr(at, 4)) value = value << 8 | static_cast<unsigned char>(c);
+    return value;
+}
+
+void check_header(std::string_view content, const std::string& asked) {
+    const auto fail = [&](const std::string& found) { throw InputError(asked, found, use_a_complete_file); };
+    if (content.size() != 13) fail("its header has a wrong length");
+    const std::uint32_t width = word(content, 0);
+    const std::uint32_t height = word(content, 4);
+    constexpr std::uint32_t most = 1000000;  // the decoder's own limit
+    if (width < 1 || height < 1 || width > most || height > most) {
+        fail("its header says " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
+    }
+    const int depth = content[8];
+    const int colour = content[9];
+    const bool bytes = depth == 8 || depth == 16;
+    const bool bits = depth == 1 || depth == 2 || depth == 4;
+    const bool known = (colour == 0 && (bits || bytes)) || (colour == 3 && (bits || depth == 8)) ||
+                       ((colour == 2 || colour == 4 || colour == 6) && bytes);
+    if (!known || content[10] != 0 || content[11] != 0 || content[12] < 0 || content[12] > 1) {
+        fail("its header names a kind of pixels that PNG does not have");
+    }
+}
+
+/// Chunks that decide about pixel values, and texts. A gamma counts only where it says "linear": for all else
+/// sRGB is assumed, and the decoder has remarks on most.
+bool matters(std::string_view name, std::string_view content) {
+    constexpr std::array<std::string_view, 6> kept{"IHDR", "PLTE", "tRNS", "IDAT", "IEND", "tEXt"};
+    if (name == "gAMA") return content.size() == 4 && word(content, 0) == 100000;
+    return std::find(kept.begin(), kept.end(), name) != kept.end();
+}
+
+}  // namespace
+
+std::string checked_png(const std::filesystem::path& path, const std::string& asked) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    const std::string_view all = bytes;
+    constexpr std::size_t signature = 8;
+    constexpr std::size_t head = 8;  // length, name
+    constexpr std::size_t sum = 4;
+    std::string kept = bytes.substr(0, signature);
+    kept.reserve(bytes.size());
+    std::size_t at = signature;
+    while (at + head <= all.size()) {
+        const std::size_t length = word(all, at);
+        const std::string_view name = all.substr(at + 4, 4);
+        const bool text =
+            std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+        if (!text) throw InputError(asked, "one of its chunks is damaged", use_a_complete_file);
+        const std::string called(name);
+        if (length > all.size() - at - head || sum > all.size() - at - head - length) {
+            throw InputError(asked,
+                             "it ends inside its " + (called == "IDAT" ? "pixel data" : called + " chunk"),
+                             use_a_complete_file);
+        }
+        const std::string_view content = all.substr(at + head, length);
+        if (crc32(all.substr(at + 4, 4 + length)) != word(all, at + head + length)) {
+            throw InputError(
+                asked, "its " + (called == "IDAT" ? "pixel data is" : called + " chunk is") + " damaged",
+                use_a_complete_file);
+        }
+        if ((name == "IHDR") != (at == signature)) {
+            throw InputError(asked, "its header is not at its beginning", use_a_complete_file);
+        }
+        if (name == "IHDR") check_header(content, asked);
+        if (matters(name, content)) kept.append(all.substr(at, head + length + sum));
+        if (name == "IEND") return kept;
+        at += head + length + sum;
+    }
+    throw InputError(asked, "it ends before its end mark", use_a_complete_file);
+}
+
+}  // namespace btfield

@@ -1,0 +1,29 @@
+#pragma once
+
+/// \file
+/// The way to the codecs of host/pictures. OpenImageIO brings some 260 shared libraries, whose loading takes
+/// a third of a second; so a shared btfield keeps them in a module of its own and loads it with the first
+/// picture.
+
+#include <string>
+
+#include "host/pictures/oiio/picture_decode.hpp"
+#include "host/pictures/oiio/picture_encode.hpp"
+
+namespace btfield {
+
+/// What the module offers.
+struct PictureCodec {
+    decltype(&decode_picture) decode = nullptr;
+    decltype(&encode_picture) encode = nullptr;
+};
+
+/// The codecs, loaded by the first call in the process, from any thread, and kept until its end. A static
+/// btfield has them inside. \param asked  what the caller wanted, for the message \throws InputError when the
+/// module cannot be loaded
+[[nodiscard]] const PictureCodec& picture_codec(const std::string& asked);
+
+}  // namespace btfield
+
+/// Entry point of the module; never null.
+extern "C" const btfield::PictureCodec* btfield_picture_codec();

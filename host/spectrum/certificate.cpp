@@ -1,0 +1,243 @@
+#include "btfield/certificate.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "btfield/error.hpp"
+#include "host/analysis/lag_matrices.hpp"
+#include "host/spectrum/examination.hpp"
+#include "host/spectrum/local_lambda.hpp"
+#include "host/spectrum/positive_everywhere.hpp"
+#include "host/spectrum/spectral_density.hpp"
+#include "host/spectrum/torus_search.hpp"
+
+namespace btfield {
+namespace {
+
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using std::size_t;
+
+constexpr int base_side = 128;
+constexpr Size half_grid = {base_side / 2, base_side / 2};
+// A model of ten times the data's variance is no model of the data, though its field may exist: such variance
+// sits in a ring of near-singular frequencies (MODELS section 7).
+constexpr double largest_ratio = 10.0;
+
+/// The basis in which the planes are uncorrelated with variance one: coefficients are smallest there, and
+/// bounds tightest. Nearly dependent planes are only scaled.
+struct Whitening {
+    MatrixXd basis, inverse;
+    explicit Whitening(const MatrixXd& covariance) {
+        const Eigen::VectorXd deviation = covariance.diagonal().cwiseSqrt();
+        const MatrixXd correlation =
+            deviation.cwiseInverse().asDiagonal() * covariance * deviation.cwiseInverse().asDiagonal();
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
+        const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(1e-6);
+        const MatrixXd& vectors = solver.eigenvectors();
+        basis = vectors * values.cwiseSqrt().cwiseInverse().asDiagonal() * vectors.transpose() *
+                deviation.cwiseInverse().asDiagonal();
+        inverse = deviation.asDiagonal() * vectors * values.cwiseSqrt().asDiagonal() * vectors.transpose();
+    }
+};
+
+double smallest_singular_value(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
+    const MatrixXcd value = lambda.at(row, column);
+    if (lambda.planes() == 1) return std::abs(value(0, 0));
+    if (lambda.planes() <= 4) return Eigen::JacobiSVD<MatrixXcd>(value).singularValues().minCoeff();
+    // Power iteration on (Λᴴ Λ)⁻¹; it approaches 1/σ_min² from below, so the result is never too small.
+    const Eigen::PartialPivLU<MatrixXcd> lu(value);
+    const MatrixXcd inverse = lu.inverse();
+    Eigen::VectorXcd x = Eigen::VectorXcd::Ones(lambda.planes()).normalized();
+    double largest = 0.0;
+    for (int k = 0; k < 12; ++k) {
+        const Eigen::VectorXcd y = inverse * x;
+        largest = y.norm();
+        x = (inverse.adjoint() * y).normalized();
+    }
+    return largest > 0.0 && std::isfinite(largest) ? 1.0 / largest : 0.0;
+}
+
+/// Descends from a node by looking around at ever smaller distances. In a narrow winding valley it would
+/// creep on for long with little to show: it stops after a fixed number of looks.
+double refine_minimum(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
+    double lowest = smallest_singular_value(lambda, row, column);
+    double step = std::numbers::pi / base_side;
+    for (int looks = 0; looks < 160 && step > 1e-7;) {
+        bool better = false;
+        for (const auto& [down, right] : {std::pair{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}}) {
+            ++looks;
+            const double value = smallest_singular_value(lambda, row + step * down, column + step * right);
+            if (!(value < lowest)) continue;
+            lowest = value;
+            row += step * down;
+            column += step * right;
+            better = true;
+            break;
+        }
+        // A smooth minimum is flat: near it smaller steps change nothing that anyone reads.
+        if (!better) step *= 0.25;
+    }
+    return lowest;
+}
+
+double minimum_singular_value(const LinearField& field, const NodeValues& nodes) {
+    struct Candidate {
+        double norm;
+        int row, column;
+    };
+    const int side = nodes.side;
+    // Row −1 is row 1 mirrored, row side/2 + 1 is row side/2 − 1 mirrored.
+    const auto norm_at = [&](int m, int n) {
+        if (m < 0 || m > side / 2) {
+            m = m < 0 ? -m : side - m;
+            n = -n;
+        }
+        n = ((n % side) + side) % side;
+        const double norm =
+            nodes.inverse_norm[static_cast<size_t>(m) * static_cast<size_t>(side) + static_cast<size_t>(n)];
+        return norm < std::numeric_limits<double>::infinity() ? norm : std::numeric_limits<double>::max();
+    };
+    std::vector<Candidate> candidates;
+    for (int m = 0; m <= side / 2; ++m) {
+        for (int n = 0; n < side; ++n) {
+            const double here = norm_at(m, n);
+            bool peak = true;
+            for (int down = -1; down <= 1 && peak; ++down) {
+                for (int right = -1; right <= 1; ++right) peak = peak && norm_at(m + down, n + right) <= here;
+            }
+            if (peak) candidates.push_back({here, m, n});
+        }
+    }
+    constexpr size_t kept = 4;
+    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+        return std::tuple(-a.norm, a.row, a.column) < std::tuple(-b.norm, b.row, b.column);
+    });
+    if (candidates.size() > kept) candidates.resize(kept);
+    const LocalLambda<Eigen::Dynamic> lambda(field);
+    double lowest = std::numeric_limits<double>::infinity();
+    const double spacing = 2.0 * std::numbers::pi / side;
+    for (const Candidate& c : candidates) {
+        lowest = std::min(lowest, refine_minimum(lambda, spacing * c.row, spacing * c.column));
+    }
+    return lowest;
+}
+
+/// Λ in the basis in which it is Hermitian, so that its singular values are the moduli of its eigenvalues;
+/// Λ itself where it is not Hermitian in any.
+LinearField hermitian_form(const SpectralForm& form) {
+    if (form.kind != SpectralForm::Kind::mmrf) return form.lambda;
+    const MatrixXd root = symmetric_root(noise_matrix(form.lambda));
+    return change_basis(form.lambda, root.inverse(), root);
+}
+
+/// Whether the eigenvalues of a Markov model's Λ are positive at frequency 0. Where det Λ has no zero they
+/// then are at every frequency: they depend on it continuously.
+bool is_positive_at_zero(const SpectralForm& form) {
+    const LocalLambda<Eigen::Dynamic> lambda(hermitian_form(form));
+    const MatrixXd value = lambda.at(0.0, 0.0).real();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (value + value.transpose()),
+                                                         Eigen::EigenvaluesOnly);
+    return solver.eigenvalues().minCoeff() > 0.0;
+}
+
+bool is_positive_everywhere(const SpectralForm& form) {
+    const LinearField field = hermitian_form(form);
+    const int d = field.planes;
+    HermitianPolynomial lambda{MatrixXd::Identity(d, d), {}, {}};
+    for (size_t s = 0; s < field.offsets.size(); ++s) {
+        if (field.offsets[s] < Offset{}) continue;
+        using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        const auto start = static_cast<std::ptrdiff_t>(s) * d * d;
+        lambda.offsets.push_back(field.offsets[s]);
+        lambda.terms.emplace_back(Eigen::Map<const RowMajor>(field.coefficients.data() + start, d, d));
+    }
+    return positive_everywhere(lambda).proven;
+}
+
+}  // namespace
+
+Examination examine(const SpectralForm& form, const LagCovariance& data) {
+    const int d = form.planes();
+    if (d != data.planes()) {
+        throw InputError("certificate of a model of " + std::to_string(d) + " planes",
+                         "the data have " + std::to_string(data.planes()),
+                         "use the data that it was fitted to");
+    }
+    const Whitening white(lag_zero(data));
+    const SpectralForm turned = change_basis(form, white.basis, white.inverse);
+
+    NodeValues nodes;
+    nodes.side = base_side;
+    const auto count = static_cast<size_t>(base_side / 2 + 1) * static_cast<size_t>(base_side);
+    nodes.inverse_norm.resize(count);
+    nodes.determinant.resize(count);
+    SpectralMeans means = spectral_means(turned, {base_side, base_side}, [&](int m, const SpectralRow& row) {
+        for (int n = 0; n < base_side; ++n) {
+            const auto place =
+                static_cast<size_t>(m) * static_cast<size_t>(base_side) + static_cast<size_t>(n);
+            nodes.inverse_norm[place] = row.inverse_norm(n);
+            nodes.determinant[place] = row.determinant(n);
+        }
+    });
+    // A moving average is a field whatever its transfer function does: there is nothing to search.
+    const bool moving_average = form.kind == SpectralForm::Kind::moving_average;
+    TorusSearch search;
+    if (!moving_average) search = search_torus(turned, nodes);
+    const bool positive = !form.is_markov() || is_positive_at_zero(form);
+    // Cholesky factors of a Hermitian Λ bound its change more tightly than its inverse does: they decide what
+    // the search leaves open where Λ is nearly singular.
+    if (form.is_markov() && search.zeros == 0 && !search.decided && positive)
+        search.decided = is_positive_everywhere(form);
+    const bool proven = search.zeros == 0 && search.decided && positive;
+    const auto in_planes = [&](const MatrixXd& c) -> MatrixXd {
+        return white.inverse * c * white.inverse.transpose();
+    };
+    Examination result;
+    result.grid = d <= 4 ? 2 * base_side : base_side;
+    if (proven && !moving_average) {
+        // Sums over a grid converge geometrically once they resolve the spectrum: the error of twice the
+        // points is the square of what it was. Where halving the grid shows that they do, and the search has
+        // found no peak between its nodes, they are better than what the search adds.
+        const MatrixXd fine = in_planes(means.covariance),
+                       coarse = in_planes(spectral_means(turned, half_grid).covariance);
+        const MatrixXd found = in_planes(search.covariance);
+        bool resolved = true;
+        for (int i = 0; i < d; ++i) {
+            resolved = resolved && std::abs(fine(i, i) - coarse(i, i)) <= 1e-2 * fine(i, i) &&
+                       std::abs(found(i, i)) <= 0.05 * fine(i, i);
+            if (!(std::abs(found(i, i)) <= 0.01 * fine(i, i)))
+                result.grid = d <= 4 ? 4 * base_side : 2 * base_side;
+        }
+        if (!resolved) {
+            means.covariance += search.covariance;
+            means.log_determinant += search.log_determinant;
+        }
+    }
+    const MatrixXd covariance = in_planes(means.covariance);
+
+    bool credible = true;
+    for (int i = 0; i < d; ++i) {
+        const double ratio = covariance(i, i) / data(i, i, {});
+        result.certificate.variance_ratio.push_back(ratio);
+        credible = credible && ratio > 0.0 && ratio <= largest_ratio;
+    }
+    result.log_determinant = means.log_determinant;
+    result.certificate.zeros = search.zeros;
+    result.certificate.min_singular = minimum_singular_value(hermitian_form(form), nodes);
+    if (!positive) result.certificate.min_singular = -result.certificate.min_singular;
+    result.certificate.valid = proven && credible;
+    return result;
+}
+
+Certificate certify(const Model& model, const LagCovariance& data) {
+    return examine(model, data).certificate;
+}
+
+}  // namespace btfield

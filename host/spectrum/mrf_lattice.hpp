@@ -1,0 +1,60 @@
+#pragma once
+
+// A frequency grid with its tables, in the density that a Hermitian polynomial's narrowest peak needs.
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "host/spectrum/spectral_lanes.hpp"
+
+namespace btfield {
+
+inline constexpr int most_levels = 10;  ///< of a grid: details of 4^−10, 1e-6
+
+/// A grid and what depends on it alone.
+struct Lattice {
+    GridDensity density;
+    FrequencyGrid grid;
+    Waves waves;
+    LagTransform lags;   ///< up to the support's reach
+    LagTransform twice;  ///< up to differences within it
+    Lattice(const GridDensity& asked, Offset reach)
+        : density(asked),
+          grid(clustered_grid(asked)),
+          waves(grid.column, reach.column),
+          lags(grid, reach),
+          twice(grid, {2 * reach.row, 2 * reach.column}) {}
+    Lattice(const Lattice&) = delete;
+    Lattice& operator=(const Lattice&) = delete;
+    [[nodiscard]] int rows() const { return static_cast<int>(grid.row.size()); }
+    [[nodiscard]] std::size_t columns() const { return grid.column.size(); }
+};
+
+/// Blocks of rows, the same on every machine.
+struct RowBlocks {
+    int rows, per_block, count;
+    explicit RowBlocks(int all)
+        : rows(all), per_block((all + 31) / 32), count((all + per_block - 1) / per_block) {}
+    [[nodiscard]] int first(int block) const { return block * per_block; }
+    [[nodiscard]] int last(int block) const { return std::min(rows, (block + 1) * per_block); }
+};
+
+inline LagTransform::RowMajor sum_of(std::vector<LagTransform::RowMajor>& parts) {
+    LagTransform::RowMajor total = std::move(parts.front());
+    for (std::size_t k = 1; k < parts.size(); ++k) total += parts[k];
+    return total;
+}
+
+/// 1/√(λ/c) of the peak of Q⁻¹ at ω = 0, along whose sharpest direction v vᵀ Q v = λ + c ω²: how far the
+/// field is correlated along rows and columns, in pixels; 1 when it is less.
+struct Reach {
+    double row = 1.0, column = 1.0;
+};
+[[nodiscard]] Reach correlation_reach(const HermitianPolynomial& q);
+
+/// The grid with the levels that resolve this peak.
+[[nodiscard]] GridDensity resolving(const HermitianPolynomial& q, GridDensity density);
+
+}  // namespace btfield

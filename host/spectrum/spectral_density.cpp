@@ -1,0 +1,341 @@
+#include "host/spectrum/spectral_density.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "btfield/error.hpp"
+#include "host/base/dense.hpp"
+#include "host/base/lane_inverse.hpp"
+#include "host/base/parallel.hpp"
+
+namespace btfield {
+namespace {
+
+using std::size_t;
+using Complex = std::complex<double>;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// cos and sin of 2π k / n, exact in the multiples of a quarter turn that grids share.
+Complex root_of_unity(long long k, long long n) {
+    k = ((k % n) + n) % n;
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n);
+    return {std::cos(angle), std::sin(angle)};
+}
+
+/// Rows m = 0 … rows/2 stand for all: S(−ω) = conj S(ω).
+double row_weight(int row, int rows) {
+    return row == 0 || 2 * row == rows ? 1.0 : 2.0;
+}
+
+struct RowBlocks {
+    int rows, per_block, count;
+    explicit RowBlocks(int grid_rows)
+        : rows(grid_rows / 2 + 1),
+          per_block(std::max(1, (rows + 31) / 32)),
+          count((rows + per_block - 1) / per_block) {}
+    [[nodiscard]] int first(int block) const { return block * per_block; }
+    [[nodiscard]] int last(int block) const { return std::min(rows, (block + 1) * per_block); }
+};
+
+}  // namespace
+
+SpectralLanes::SpectralLanes(const SpectralForm& form, int lanes)
+    : kind_(form.kind),
+      planes_(form.planes()),
+      lanes_(lanes),
+      left_(form.left),
+      right_(form.right),
+      lambda_(planes_ * planes_, lanes),
+      determinant_(1, lanes),
+      inverse_(planes_ * planes_, lanes),
+      squares_(static_cast<size_t>(lanes)),
+      inverse_squares_(static_cast<size_t>(lanes)) {
+    const Eigen::MatrixXd noise = noise_matrix(form.lambda);
+    switch (kind_) {
+        case SpectralForm::Kind::autoregressive:
+            noise_ = noise.llt().matrixL();
+            break;
+        case SpectralForm::Kind::moving_average:
+            noise_ = symmetric_root(noise);
+            break;
+        case SpectralForm::Kind::mmrf:
+        case SpectralForm::Kind::pmrf:
+            noise_ = noise;
+            break;
+    }
+}
+
+void SpectralLanes::invert() {
+    const auto lanes = static_cast<size_t>(lanes_);
+    invert_lanes(planes_, lanes, lambda_.at(0), inverse_.at(0), determinant_.at(0));
+    std::fill(squares_.begin(), squares_.end(), 0.0);
+    add_squared_moduli(determinant_.at(0), squares_.data(), lanes);
+    std::fill(inverse_squares_.begin(), inverse_squares_.end(), 0.0);
+    for (int e = 0; e < planes_ * planes_; ++e)
+        add_squared_moduli(inverse_.at(e), inverse_squares_.data(), lanes);
+}
+
+void SpectralLanes::times_real(const Values& a, const Eigen::MatrixXd& m, Values& out) const {
+    const int d = planes_;
+    out.clear();
+    for (int i = 0; i < d; ++i) {
+        for (int k = 0; k < d; ++k) {
+            for (int j = 0; j < d; ++j) {
+                if (m(j, k) == 0.0) continue;
+                add_scaled(m(j, k), a.at(i * d + j), out.at(i * d + k), 2 * static_cast<size_t>(lanes_));
+            }
+        }
+    }
+}
+
+void SpectralLanes::set_density(const Values& y) {
+    const int d = planes_;
+    density_.clear();
+    for (int i = 0; i < d; ++i) {
+        for (int j = i; j < d; ++j) {
+            for (int k = 0; k < d; ++k) {
+                add_lane_conjugate_product(coloured_.at(i * d + k), y.at(j * d + k), density_.at(i * d + j),
+                                           static_cast<size_t>(lanes_));
+            }
+        }
+    }
+}
+
+void SpectralLanes::evaluate_density() {
+    const int d = planes_;
+    if (density_.empty()) {
+        coloured_ = Values(d * d, lanes_);
+        density_ = Values(d * d, lanes_);
+        if (kind_ == SpectralForm::Kind::pmrf) second_ = Values(d * d, lanes_);
+    }
+    switch (kind_) {
+        case SpectralForm::Kind::autoregressive:
+            times_real(inverse_, noise_, coloured_);
+            set_density(coloured_);
+            break;
+        case SpectralForm::Kind::moving_average:
+            times_real(lambda_, noise_, coloured_);
+            set_density(coloured_);
+            break;
+        case SpectralForm::Kind::mmrf:
+            times_real(inverse_, noise_, density_);
+            break;
+        case SpectralForm::Kind::pmrf:
+            // (Λ⁻¹ left) Λ, then times right, then times Λ⁻ᴴ.
+            times_real(inverse_, left_, coloured_);
+            second_.clear();
+            for (int i = 0; i < d; ++i) {
+                for (int j = 0; j < d; ++j) {
+                    for (int k = 0; k < d; ++k) {
+                        add_lane_product(coloured_.at(i * d + k), lambda_.at(k * d + j),
+                                         second_.at(i * d + j), static_cast<size_t>(lanes_));
+                    }
+                }
+            }
+            times_real(second_, right_, coloured_);
+            set_density(inverse_);
+            break;
+    }
+}
+
+std::complex<double> SpectralLanes::determinant(int n) const {
+    return {determinant_.at(0)[n], determinant_.at(0)[lanes_ + n]};
+}
+
+double SpectralLanes::sum_of_log_determinants() const {
+    return 0.5 * sum_of_logarithms(squares_.data(), squares_.size());
+}
+
+double SpectralLanes::inverse_norm(int n) const {
+    return std::sqrt(inverse_squares_[static_cast<size_t>(n)]);
+}
+
+SpectralRow::SpectralRow(const SpectralForm& form, int columns) : SpectralLanes(form, columns) {
+    fill_waves(form, [&](int s, int n) { return root_of_unity(static_cast<long long>(s) * n, columns); });
+}
+
+SpectralRow::SpectralRow(const SpectralForm& form, const std::vector<double>& columns)
+    : SpectralLanes(form, static_cast<int>(columns.size())) {
+    fill_waves(form, [&](int s, int n) { return std::polar(1.0, s * columns[static_cast<size_t>(n)]); });
+}
+
+void SpectralRow::fill_waves(const SpectralForm& form,
+                             const std::function<Complex(int column, int n)>& turn) {
+    offsets_ = form.lambda.offsets;
+    coefficients_ = form.lambda.coefficients;
+    for (const Offset s : offsets_) column_offsets_.push_back(s.column);
+    std::sort(column_offsets_.begin(), column_offsets_.end());
+    column_offsets_.erase(std::unique(column_offsets_.begin(), column_offsets_.end()), column_offsets_.end());
+    const auto distinct = static_cast<Eigen::Index>(column_offsets_.size());
+    waves_.resize(2 * distinct, lanes());
+    for (Eigen::Index c = 0; c < distinct; ++c) {
+        for (int n = 0; n < lanes(); ++n) {
+            const Complex wave = turn(column_offsets_[static_cast<size_t>(c)], n);
+            waves_(c, n) = wave.real();
+            waves_(distinct + c, n) = wave.imag();
+        }
+    }
+}
+
+void SpectralRow::evaluate(double row_frequency) {
+    const auto entries = static_cast<Eigen::Index>(planes()) * planes();
+    const auto distinct = static_cast<Eigen::Index>(column_offsets_.size());
+    // −Σ over offsets with the same s2 of A_s e^{iω1 s1}: what is left is a sum over few distinct s2.
+    RowMajor sums = RowMajor::Zero(2 * entries, 2 * distinct);
+    for (size_t s = 0; s < offsets_.size(); ++s) {
+        const auto found =
+            std::lower_bound(column_offsets_.begin(), column_offsets_.end(), offsets_[s].column);
+        const auto c = static_cast<Eigen::Index>(found - column_offsets_.begin());
+        const Complex turn = std::polar(1.0, row_frequency * offsets_[s].row);
+        for (Eigen::Index e = 0; e < entries; ++e) {
+            const Complex b = turn * coefficients_[s * static_cast<size_t>(entries) + static_cast<size_t>(e)];
+            sums(2 * e, c) -= b.real();
+            sums(2 * e, c + distinct) += b.imag();
+            sums(2 * e + 1, c) -= b.imag();
+            sums(2 * e + 1, c + distinct) -= b.real();
+        }
+    }
+    Eigen::Map<RowMajor> values(lambda_values().at(0), 2 * entries, lanes());
+    values.setZero();
+    for (Eigen::Index i = 0; i < planes(); ++i) values.row(2 * i * (planes() + 1)).setOnes();
+    add_product(sums, waves_, values);
+    invert();
+}
+
+SpectralMeans spectral_means(const SpectralForm& form, Size grid,
+                             const std::function<void(int m, const SpectralRow& row)>& visit) {
+    const int d = form.planes();
+    const RowBlocks blocks(grid.height);
+    std::vector<SpectralMeans> partial(static_cast<size_t>(blocks.count));
+    for_each_block(blocks.count, [&](int block) {
+        SpectralRow row(form, grid.width);
+        SpectralMeans& sums = partial[static_cast<size_t>(block)];
+        sums.covariance.setZero(d, d);
+        for (int m = blocks.first(block); m < blocks.last(block); ++m) {
+            row.evaluate(2.0 * std::numbers::pi * m / grid.height);
+            row.evaluate_density();
+            if (visit) visit(m, row);
+            const double weight = row_weight(m, grid.height);
+            sums.log_determinant += weight * row.sum_of_log_determinants();
+            for (int i = 0; i < d; ++i) {
+                for (int j = i; j < d; ++j) {
+                    const double* density = row.density(i, j);
+                    double sum = 0.0;
+                    for (int n = 0; n < grid.width; ++n) sum += density[n];
+                    sums.covariance(i, j) += weight * sum;
+                }
+            }
+        }
+    });
+    SpectralMeans means;
+    means.covariance.setZero(d, d);
+    for (const SpectralMeans& sums : partial) {
+        means.covariance += sums.covariance;
+        means.log_determinant += sums.log_determinant;
+    }
+    const double count = static_cast<double>(area(grid));
+    means.covariance = Eigen::MatrixXd(means.covariance.selfadjointView<Eigen::Upper>()) / count;
+    means.log_determinant /= count;
+    return means;
+}
+
+namespace {
+
+/// Column c is cos(2π c n / N), column c + B + 1 the sine, c = 0 … B.
+RowMajor waves(int columns, int largest_lag) {
+    RowMajor table(columns, 2 * (largest_lag + 1));
+    for (int n = 0; n < columns; ++n) {
+        for (int c = 0; c <= largest_lag; ++c) {
+            const Complex turn = root_of_unity(static_cast<long long>(c) * n, columns);
+            table(n, c) = turn.real();
+            table(n, c + largest_lag + 1) = turn.imag();
+        }
+    }
+    return table;
+}
+
+}  // namespace
+
+LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box) {
+    if (torus.height < 1 || torus.width < 1) {
+        throw InputError("covariances of a model on a torus",
+                         std::to_string(torus.height) + " x " + std::to_string(torus.width) + " has no pixel",
+                         "use positive sides");
+    }
+    const int d = form.planes();
+    LagCovariance result(d, torus, box);
+    const RowMajor table = waves(torus.width, box.column);
+    const RowBlocks blocks(torus.height);
+    const Eigen::Index lag_rows = 2 * box.row + 1, lag_columns = 2 * box.column + 1, pairs = d * (d + 1) / 2;
+    // Two small transforms in a row, as matrix products: along the columns of the grid, then along its rows.
+    std::vector<RowMajor> partial(static_cast<size_t>(blocks.count));
+    for_each_block(blocks.count, [&](int block) {
+        SpectralRow row(form, torus.width);
+        const int first = blocks.first(block);
+        const Eigen::Index rows = std::max(0, blocks.last(block) - first);
+        RowMajor along(2 * rows, pairs * lag_columns);  // real and imaginary parts of Σ_n conj(S) e^{iω2 s2}
+        RowMajor turns(lag_rows, 2 * rows);  // those of e^{iω1 s1}, such that the product is the real part
+        RowMajor t;
+        for (Eigen::Index k = 0; k < rows; ++k) {
+            const int m = first + static_cast<int>(k);
+            row.evaluate(2.0 * std::numbers::pi * m / torus.height);
+            row.evaluate_density();
+            t.setZero(row.densities().rows(), table.cols());
+            add_product(row.densities(), table, t);
+            Eigen::Index place = 0;
+            for (int i = 0; i < d; ++i) {
+                for (int j = i; j < d; ++j) {
+                    const Eigen::Index entry = Eigen::Index{2} * (i * d + j);
+                    const auto real = t.row(entry), imaginary = t.row(entry + 1);
+                    for (int s2 = -box.column; s2 <= box.column; ++s2, ++place) {
+                        const int cosine = s2 < 0 ? -s2 : s2, sine = cosine + box.column + 1;
+                        const double sign = s2 < 0 ? -1.0 : 1.0;
+                        along(2 * k, place) = real[cosine] + sign * imaginary[sine];
+                        along(2 * k + 1, place) = sign * real[sine] - imaginary[cosine];
+                    }
+                }
+            }
+            const double weight = row_weight(m, torus.height);
+            for (int s1 = -box.row; s1 <= box.row; ++s1) {
+                const Complex turn = root_of_unity(static_cast<long long>(m) * s1, torus.height);
+                turns(s1 + box.row, 2 * k) = weight * turn.real();
+                turns(s1 + box.row, 2 * k + 1) = -weight * turn.imag();
+            }
+        }
+        RowMajor& own = partial[static_cast<size_t>(block)];
+        own.setZero(lag_rows, along.cols());
+        add_product(turns, along, own);
+    });
+    RowMajor total = RowMajor::Zero(lag_rows, pairs * lag_columns);
+    for (const RowMajor& sums : partial) total += sums;
+    total /= static_cast<double>(area(torus));
+    Eigen::Index place = 0;
+    for (int i = 0; i < d; ++i) {
+        for (int j = i; j < d; ++j, place += lag_columns) {
+            for (int s1 = -box.row; s1 <= box.row; ++s1) {
+                for (int s2 = -box.column; s2 <= box.column; ++s2) {
+                    result.set(i, j, {s1, s2}, total(s1 + box.row, place + s2 + box.column));
+                }
+            }
+        }
+    }
+    return result;
+}
+
+LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box) {
+    if (level.models.size() == 1) return model_covariance(level.models.front(), torus, box);
+    LagCovariance result(static_cast<int>(level.models.size()), torus, box);
+    for (int p = 0; p < result.planes(); ++p) {
+        const LagCovariance own = model_covariance(level.models[static_cast<size_t>(p)], torus, box);
+        for (int row = -box.row; row <= box.row; ++row) {
+            for (int column = -box.column; column <= box.column; ++column)
+                result.set(p, p, {row, column}, own(0, 0, {row, column}));
+        }
+    }
+    return result;
+}
+
+}  // namespace btfield

@@ -1,0 +1,124 @@
+#include "host/synthesis/convolution.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <string>
+
+#include "btfield/error.hpp"
+#include "host/spectrum/spectral_form.hpp"
+#include "host/synthesis/independent_planes.hpp"
+#include "host/synthesis/spectral_factors.hpp"
+
+namespace btfield {
+namespace {
+
+using std::size_t;
+
+/// The representative of s modulo n that is nearest to 0: |result| <= n/2.
+int nearest(int s, int n) {
+    int rest = s % n;
+    if (rest < 0) rest += n;
+    return rest > n / 2 ? rest - n : rest;
+}
+
+size_t local_memory(const Device::Impl& device) {
+    return guarded("ask for local memory", device.info().name, [&] {
+        return static_cast<size_t>(
+            device.context().getInfo<CL_CONTEXT_DEVICES>().front().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
+    });
+}
+
+/// Work-items that a group has at most: what Device::Impl::launch chooses unless told otherwise.
+int largest_group(const Device::Impl& device) {
+    return std::max(64, device.options().work_group_size);
+}
+
+}  // namespace
+
+Convolution::Convolution(Device::Impl& device, const LinearField& field, Size lattice, double scale,
+                         const std::vector<double>& mean, Reads reads)
+    : planes_(0),
+      blocks_(0),
+      rows_(1),
+      offsets_count_(static_cast<int>(field.offsets.size())),
+      lattice_(lattice) {
+    const std::vector<LinearField> parts = independent_planes(field);
+    planes_ = parts.front().planes;
+    blocks_ = static_cast<int>(parts.size());
+    // As many sums as vector registers hold beside their operands.
+    rows_ = planes_ <= 2 ? 8 : planes_ <= 4 ? 4 : planes_ <= 8 ? 2 : 1;
+
+    std::vector<float> coefficients;
+    for (const LinearField& part : parts) {
+        using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        // The root that the transfer function takes, so that both make the same pictures.
+        const Eigen::MatrixXd root = scale * symmetric_root(noise_matrix(part));
+        for (size_t s = 0; s < part.offsets.size(); ++s) {
+            const Eigen::Map<const Rows> a(
+                part.coefficients.data() + static_cast<std::ptrdiff_t>(s) * planes_ * planes_, planes_,
+                planes_);
+            const Rows product = a * root;
+            for (Eigen::Index e = 0; e < product.size(); ++e)
+                coefficients.push_back(static_cast<float>(product.data()[e]));
+        }
+    }
+    std::vector<cl_int2> offsets;
+    for (const Offset s : field.offsets) {
+        const int row = nearest(s.row, lattice.height), column = nearest(s.column, lattice.width);
+        offsets.push_back({{row, column}});
+        reach_.s[0] = std::max(reach_.s[0], -row);
+        reach_.s[1] = std::max(reach_.s[1], row);
+        reach_.s[2] = std::max(reach_.s[2], -column);
+        reach_.s[3] = std::max(reach_.s[3], column);
+    }
+    coefficients_ = device.upload(coefficients);
+    offsets_ = device.upload(offsets);
+    mean_ = device.upload(std::vector<float>(mean.begin(), mean.end()));
+
+    const size_t available = local_memory(device);
+    // A lower tile where the widest does not fit; of direct reads the height is nobody's concern.
+    const bool wanted = reads == Reads::tiles || (reads == Reads::automatic && !device.is_cpu());
+    while (wanted && rows_ > 1 && tile_bytes(device) > available) rows_ /= 2;
+    const bool fit = tile_bytes(device) <= available;
+    if (reads == Reads::tiles && !fit) {
+        throw DeviceError("convolve with tiles on device '" + device.info().name + "'",
+                          "a tile takes " + std::to_string(tile_bytes(device)) +
+                              " bytes of local memory where " + std::to_string(available) + " exist",
+                          "read the noise directly");
+    }
+    tiles_ = reads == Reads::tiles || (reads == Reads::automatic && !device.is_cpu() && fit);
+}
+
+size_t Convolution::tile_bytes(const Device::Impl& device) const {
+    const int tile_rows = rows_ + reach_.s[0] + reach_.s[1];
+    const auto height = static_cast<size_t>(tile_rows);
+    const int tile_columns = largest_group(device) * device.vector_width() + reach_.s[2] + reach_.s[3];
+    const auto width = static_cast<size_t>(tile_columns);
+    return sizeof(float) * static_cast<size_t>(planes_) * height * width;
+}
+
+void Convolution::draw(Device::Impl& device, const Buffer& images, const Buffer& keys, int batch,
+                       int level) const {
+    const int planes = planes_ * blocks_;
+    const Buffer noise = device.buffer(sizeof(float) * area(lattice_) * static_cast<size_t>(planes) *
+                                       static_cast<size_t>(batch));
+    draw_normal_field(device, noise, keys, lattice_, planes, batch, level);
+    filter(device, noise, images, batch);
+}
+
+void Convolution::filter(Device::Impl& device, const Buffer& noise, const Buffer& images, int batch) const {
+    BuildParameters parameters = device.lanes();
+    parameters.set("BTFIELD_PLANES", planes_)
+        .set("BTFIELD_ROWS", rows_)
+        .set("BTFIELD_LOCAL_TILE", tiles_ ? 1 : 0);
+    const auto lanes = static_cast<size_t>(device.vector_width());
+    const auto rows = static_cast<size_t>(rows_);
+    const Range range{(static_cast<size_t>(lattice_.width) + lanes - 1) / lanes,
+                      (static_cast<size_t>(lattice_.height) + rows - 1) / rows,
+                      static_cast<size_t>(batch) * static_cast<size_t>(blocks_)};
+    device.launch(device.kernel("convolve", "convolve", parameters), range, Grain::fine, noise, images,
+                  coefficients_, offsets_, offsets_count_, mean_, lattice_.height, lattice_.width, blocks_,
+                  reach_, cl::Local(tiles_ ? tile_bytes(device) : sizeof(float)));
+}
+
+}  // namespace btfield

@@ -1,0 +1,35 @@
+#pragma once
+
+/// \file
+/// The last station of synthesis: from Gaussian eigenplanes to the planes of a picture, on the device.
+
+#include <span>
+
+#include "btfield/marginals.hpp"
+#include "btfield/spectral_basis.hpp"
+#include "host/analysis/pyramid_stages.hpp"
+
+namespace btfield {
+
+/// y = Tᵀ q(M x) + μ, pixel by pixel (kernels/planes.cl).
+class PlaneRestorer {
+  public:
+    /// \param marginals  one to each eigenplane, with equal numbers of knots, or none: then q(x) = x
+    /// \param whitening  M, r × r row-major; empty is the identity
+    /// \throws InputError when basis or marginals are defective (their check()), or do not belong together
+    PlaneRestorer(Device::Impl& device, const SpectralBasis& basis, std::span<const Marginal> marginals,
+                  std::span<const double> whitening = {});
+
+    /// [texture · r + eigenplane] → [texture · d + plane], over the whole lattice. Takes over the memory
+    /// where r = d.
+    [[nodiscard]] DevicePlanes restore(DevicePlanes eigenplanes);
+    /// Bytes that restore() takes beside its argument.
+    [[nodiscard]] std::size_t scratch_bytes(Size lattice, int textures) const;
+
+  private:
+    Device::Impl* device_;
+    int planes_, rank_, knots_ = 0;
+    Buffer tables_, basis_;
+};
+
+}  // namespace btfield

@@ -1,0 +1,201 @@
+#include "host/synthesis/spectral_factors.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "btfield/error.hpp"
+
+namespace btfield {
+
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Index of each value among the distinct ones, which are returned in ascending order.
+std::vector<int> distinct(const std::vector<Offset>& offsets, int Offset::*part) {
+    std::vector<int> values;
+    values.reserve(offsets.size());
+    for (const Offset& s : offsets) values.push_back(s.*part);
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return values;
+}
+
+int index_of(const std::vector<int>& values, int value) {
+    return static_cast<int>(std::lower_bound(values.begin(), values.end(), value) - values.begin());
+}
+
+/// π·s·k/n with s·k reduced modulo 2n first, so that large lattices lose no digits.
+double half_angle(int s, int k, int n) {
+    const long long turns = static_cast<long long>(s) * k % (2LL * n);
+    return std::numbers::pi * static_cast<double>(turns) / n;
+}
+
+/// The root of Σ that the family's kernel takes.
+Eigen::MatrixXd root_for_kernel(const SpectralForm& form) {
+    const Eigen::MatrixXd covariance = noise_matrix(form.lambda);
+    if (form.kind == SpectralForm::Kind::moving_average) return symmetric_root(covariance);
+    const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
+    if (llt.info() != Eigen::Success)
+        throw InputError("take the root of the noise covariance", "it is not positive definite",
+                         "fit the model again");
+    if (form.is_markov()) return symmetric_root(covariance);
+    return llt.matrixL();
+}
+
+/// Λ as the family's kernel takes it: of an MMRF in the basis in which it is Hermitian.
+LinearField lambda_for_kernel(const SpectralForm& form) {
+    if (form.kind != SpectralForm::Kind::mmrf) return form.lambda;
+    const Eigen::MatrixXd covariance = noise_matrix(form.lambda);
+    return change_basis(form.lambda, inverse_symmetric_root(covariance), symmetric_root(covariance));
+}
+
+/// A_s at the places of `offsets`, then I − Σ A_s, then the scaled root of Σ.
+void pack_coefficients(const SpectralForm& form, const std::vector<Offset>& offsets, double scale,
+                       std::vector<float>& packed) {
+    const LinearField field = lambda_for_kernel(form);
+    const int d = field.planes;
+    const auto entries = static_cast<std::size_t>(d) * static_cast<std::size_t>(d);
+    const std::size_t start = packed.size();
+    packed.resize(start + (offsets.size() + 2) * entries);
+    Matrix at_zero = Matrix::Identity(d, d);
+    for (std::size_t s = 0; s < field.offsets.size(); ++s) {
+        const auto found = std::lower_bound(offsets.begin(), offsets.end(), field.offsets[s]);
+        const std::size_t place = start + static_cast<std::size_t>(found - offsets.begin()) * entries;
+        for (std::size_t e = 0; e < entries; ++e) {
+            const double a = field.coefficients[s * entries + e];
+            packed[place + e] = static_cast<float>(a);
+            at_zero.data()[e] -= a;
+        }
+    }
+    const Matrix root = root_for_kernel(form);
+    const std::size_t tail = start + offsets.size() * entries;
+    for (std::size_t e = 0; e < entries; ++e) {
+        packed[tail + e] = static_cast<float>(at_zero.data()[e]);
+        packed[tail + entries + e] = static_cast<float>(scale * root.data()[e]);
+    }
+}
+
+/// Every offset of any part, once, in raster order.
+std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
+    std::set<Offset> offsets;
+    for (const SpectralForm& part : parts)
+        offsets.insert(part.lambda.offsets.begin(), part.lambda.offsets.end());
+    return {offsets.begin(), offsets.end()};
+}
+
+}  // namespace
+
+SpectralFactors::SpectralFactors(Device::Impl& device, const std::vector<SpectralForm>& parts, Size lattice,
+                                 double scale, const std::vector<double>& mean, double budget)
+    : kind_(parts.front().kind),
+      planes_(parts.front().planes()),
+      parts_(static_cast<int>(parts.size())),
+      lattice_(lattice) {
+    const int pitch = spectrum_pitch(lattice.height);
+    const std::vector<Offset> offsets = all_offsets(parts);
+    offsets_count_ = static_cast<int>(offsets.size());
+    const std::vector<int> row_steps = distinct(offsets, &Offset::row);
+    const std::vector<int> column_steps = distinct(offsets, &Offset::column);
+
+    std::vector<cl_int2> indices;
+    indices.reserve(offsets.size());
+    for (const Offset& s : offsets)
+        indices.push_back({{index_of(row_steps, s.row), index_of(column_steps, s.column)}});
+    std::vector<float> rows;
+    for (const int s : row_steps) {
+        for (int k = 0; k < pitch; ++k)
+            rows.push_back(static_cast<float>(std::cos(half_angle(s, k, lattice.height))));
+        for (int k = 0; k < pitch; ++k)
+            rows.push_back(static_cast<float>(std::sin(half_angle(s, k, lattice.height))));
+    }
+    std::vector<cl_float2> columns;
+    for (const int s : column_steps)
+        for (int k = 0; k < lattice.width; ++k) {
+            const double angle = half_angle(s, k, lattice.width);
+            columns.push_back({{static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))}});
+        }
+    std::vector<float> means(mean.begin(), mean.end());
+    std::vector<float> coefficients;
+    for (const SpectralForm& part : parts) pack_coefficients(part, offsets, scale, coefficients);
+
+    coefficients_ = device.upload(coefficients);
+    offsets_ = device.upload(indices);
+    rows_ = device.upload(rows);
+    columns_ = device.upload(columns);
+    mean_ = device.upload(means);
+
+    const std::size_t bytes = sizeof(float) * spectrum_floats(lattice, parts_ * planes_ * planes_);
+    stored_ = 2.0 * static_cast<double>(bytes) <= budget && bytes <= device.largest_allocation();
+    if (!stored_) return;
+    factor_re_ = device.buffer(bytes);
+    factor_im_ = device.buffer(bytes);
+    const auto lanes = static_cast<std::size_t>(device.vector_width());
+    device.launch(kernel(device, "spectral_factors", false), range(static_cast<std::size_t>(pitch) / lanes),
+                  grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, factor_re_, factor_im_,
+                  lattice.width, pitch);
+}
+
+Range SpectralFactors::range(std::size_t vectors) const {
+    return {vectors, static_cast<std::size_t>(lattice_.width), static_cast<std::size_t>(parts_)};
+}
+
+cl::Kernel& SpectralFactors::kernel(Device::Impl& device, const char* name, bool stored) const {
+    BuildParameters parameters = device.lanes();
+    parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_STORED_FACTORS", stored ? 1 : 0);
+    parameters.set("BTFIELD_FACTOR", static_cast<int>(kind_));
+    return device.kernel("spectral_solve", name, parameters);
+}
+
+Grain SpectralFactors::grain() const {
+    return planes_ <= 4 ? Grain::fine : Grain::coarse;
+}
+
+double SpectralFactors::stored_bytes() const {
+    return stored_ ? static_cast<double>(factor_re_.bytes() + factor_im_.bytes()) : 0.0;
+}
+
+void SpectralFactors::draw(Device::Impl& device, Spectrum& spectrum, const Buffer& keys, int batch,
+                           int level) const {
+    const int pitch = spectrum_pitch(lattice_.height);
+    // Blocks of 16 feed 32 frequencies.
+    const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
+    const Range items = range(blocks / static_cast<std::size_t>(device.vector_width()));
+    cl::Kernel& draw = kernel(device, "synthesise_spectrum", stored_);
+    if (stored_)
+        device.launch(draw, items, grain(), factor_re_, factor_im_, mean_, keys, spectrum.re, spectrum.im,
+                      lattice_.height, lattice_.width, pitch, batch, parts_, static_cast<cl_uint>(level));
+    else
+        device.launch(draw, items, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
+                      keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_,
+                      static_cast<cl_uint>(level));
+}
+
+void SpectralFactors::filter(Device::Impl& device, Spectrum& spectrum, int batch) const {
+    const int pitch = spectrum_pitch(lattice_.height);
+    const Range items = range(static_cast<std::size_t>(pitch / device.vector_width()));
+    cl::Kernel& filter = kernel(device, "filter_spectrum", stored_);
+    if (stored_)
+        device.launch(filter, items, grain(), factor_re_, factor_im_, mean_, spectrum.re, spectrum.im,
+                      lattice_.height, lattice_.width, pitch, batch, parts_);
+    else
+        device.launch(filter, items, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
+                      spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_);
+}
+
+void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer& keys, Size lattice,
+                       int planes, int batch, int level) {
+    // Chunks of 64 columns take 16 blocks.
+    const auto blocks = static_cast<std::size_t>((lattice.width + 63) / 64) * 16;
+    device.launch(
+        device.kernel("noise", "normal_field", device.lanes()),
+        {blocks / static_cast<std::size_t>(device.vector_width()), static_cast<std::size_t>(lattice.height),
+         static_cast<std::size_t>(batch) * static_cast<std::size_t>(planes)},
+        Grain::fine, images, keys, lattice.height, lattice.width, planes, static_cast<cl_uint>(level));
+}
+
+}  // namespace btfield

@@ -1,0 +1,51 @@
+#pragma once
+
+/// \file
+/// Per-frequency factors F_t of one level, S_t = F_t F_tᴴ, and what is done with them on the device.
+
+#include <vector>
+
+#include "host/cl/device_impl.hpp"
+#include "host/spectrum/spectral_form.hpp"
+
+namespace btfield {
+
+class SpectralFactors {
+  public:
+    /// \param parts    one model of all planes, or single-plane models of one family; they are independent of
+    ///                 each other
+    /// \param lattice  of the level's transform
+    /// \param scale    of F: level gain and the transform's normalisation
+    /// \param mean     added to every pixel, one per plane of all parts
+    /// \param budget   bytes that storing the factors may take; beyond, they are computed where they are used
+    SpectralFactors(Device::Impl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
+                    const std::vector<double>& mean, double budget);
+
+    /// Spectra of `batch` textures from noise drawn in frequency. keys: two seed words per texture.
+    void draw(Device::Impl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level) const;
+    /// Spectra of noise that was drawn on the lattice → spectra of textures, in place.
+    void filter(Device::Impl& device, Spectrum& spectrum, int batch) const;
+    /// 0 when they are not stored.
+    [[nodiscard]] double stored_bytes() const;
+
+  private:
+    [[nodiscard]] cl::Kernel& kernel(Device::Impl& device, const char* name, bool stored) const;
+    [[nodiscard]] Grain grain() const;
+
+    [[nodiscard]] Range range(std::size_t vectors) const;
+
+    SpectralForm::Kind kind_;
+    int planes_;  ///< of one part
+    int parts_;
+    Size lattice_;
+    int offsets_count_;
+    bool stored_ = false;
+    Buffer coefficients_, offsets_, rows_, columns_, mean_;
+    Buffer factor_re_, factor_im_;
+};
+
+/// White noise on the lattice: [texture · planes + plane][row][column], textures in the order of the keys.
+void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer& keys, Size lattice,
+                       int planes, int batch, int level);
+
+}  // namespace btfield

@@ -1,0 +1,345 @@
+// Real 2D transforms with one transform per vector lane (Stockham, radix 8, 4, 2 and any odd radix up to 13).
+//
+// Pass 1 runs along x or kx with lanes over ky, pass 2 along rows or ky with lanes over x. Two real columns share one
+// complex transform, so odd heights need nothing special. Layouts: see host/cl/fft.hpp; between the passes
+// [plane][ky][x] with rows of `pitch_x` floats.
+
+#include "base/lanes.clh"
+
+// Lengths are arguments; what is compiled is the room for them, so that few programs serve all sizes.
+#ifndef BTFIELD_FFT_ROOM
+#error "BTFIELD_FFT_ROOM (largest transform length) is not defined"
+#endif
+#ifndef BTFIELD_FFT_SIGN
+#error "BTFIELD_FFT_SIGN (+1 inverse, -1 forward) is not defined"
+#endif
+#ifndef BTFIELD_FFT_ODD
+#error "BTFIELD_FFT_ODD (1 for lengths with an odd prime factor) is not defined"
+#endif
+
+#define ROOM BTFIELD_FFT_ROOM
+#define SIGN ((float)BTFIELD_FFT_SIGN)
+#define SQRT_HALF 0.70710678118654752f
+
+typedef struct {
+    REALN re, im;
+} complexn;
+
+inline complexn add(complexn a, complexn b) {
+    a.re += b.re;
+    a.im += b.im;
+    return a;
+}
+
+inline complexn sub(complexn a, complexn b) {
+    a.re -= b.re;
+    a.im -= b.im;
+    return a;
+}
+
+// a·√−1·SIGN
+inline complexn turn(complexn a) {
+    complexn r;
+    r.re = -SIGN * a.im;
+    r.im = SIGN * a.re;
+    return r;
+}
+
+// a·(w.x + √−1·SIGN·w.y): tables hold cosines and sines of positive angles.
+inline complexn twiddle(complexn a, float2 w) {
+    const float wy = SIGN * w.y;
+    complexn r;
+    r.re = fma(a.re, (REALN)(w.x), -a.im * wy);
+    r.im = fma(a.re, (REALN)(wy), a.im * w.x);
+    return r;
+}
+
+inline complexn at(const REALN* re, const REALN* im, int i) {
+    complexn r;
+    r.re = re[i];
+    r.im = im[i];
+    return r;
+}
+
+inline void put(REALN* re, REALN* im, int i, complexn v) {
+    re[i] = v.re;
+    im[i] = v.im;
+}
+
+inline void dft4(complexn a, complexn b, complexn c, complexn d, complexn* y) {
+    const complexn s = add(a, c), t = sub(a, c), u = add(b, d), v = turn(sub(b, d));
+    y[0] = add(s, u);
+    y[1] = add(t, v);
+    y[2] = sub(s, u);
+    y[3] = sub(t, v);
+}
+
+// One Stockham stage: sub-transforms of length n = radix·m, `s` of them interleaved; table: w_N^k at tw[k].
+inline void stage2(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi, __global const float2* tw) {
+    const int m = n / 2;
+    for (int p = 0; p < m; ++p) {
+        const float2 w = tw[p * s];
+        for (int q = 0; q < s; ++q) {
+            const complexn a = at(xr, xi, q + s * p), b = at(xr, xi, q + s * (p + m));
+            put(yr, yi, q + s * 2 * p, add(a, b));
+            put(yr, yi, q + s * (2 * p + 1), twiddle(sub(a, b), w));
+        }
+    }
+}
+
+inline void stage4(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi, __global const float2* tw) {
+    const int m = n / 4;
+    for (int p = 0; p < m; ++p) {
+        const float2 w1 = tw[p * s], w2 = tw[2 * p * s], w3 = tw[3 * p * s];
+        for (int q = 0; q < s; ++q) {
+            complexn y[4];
+            dft4(at(xr, xi, q + s * p), at(xr, xi, q + s * (p + m)), at(xr, xi, q + s * (p + 2 * m)),
+                 at(xr, xi, q + s * (p + 3 * m)), y);
+            const int o = q + s * 4 * p;
+            put(yr, yi, o, y[0]);
+            put(yr, yi, o + s, twiddle(y[1], w1));
+            put(yr, yi, o + 2 * s, twiddle(y[2], w2));
+            put(yr, yi, o + 3 * s, twiddle(y[3], w3));
+        }
+    }
+}
+
+inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi, __global const float2* tw) {
+    const int m = n / 8;
+    for (int p = 0; p < m; ++p) {
+        float2 w[8];
+        for (int k = 1; k < 8; ++k) w[k] = tw[k * p * s];
+        for (int q = 0; q < s; ++q) {
+            const int a = q + s * p, h = s * m;
+            complexn even[4], odd[4];
+            dft4(at(xr, xi, a), at(xr, xi, a + 2 * h), at(xr, xi, a + 4 * h), at(xr, xi, a + 6 * h), even);
+            dft4(at(xr, xi, a + h), at(xr, xi, a + 3 * h), at(xr, xi, a + 5 * h), at(xr, xi, a + 7 * h), odd);
+            // odd[k]·exp(√−1·SIGN·πk/4)
+            complexn t1 = turn(odd[1]), t3 = turn(odd[3]);
+            t1.re = (odd[1].re + t1.re) * SQRT_HALF;
+            t1.im = (odd[1].im + t1.im) * SQRT_HALF;
+            t3.re = (t3.re - odd[3].re) * SQRT_HALF;
+            t3.im = (t3.im - odd[3].im) * SQRT_HALF;
+            const complexn t2 = turn(odd[2]);
+            const int o = q + s * 8 * p;
+            put(yr, yi, o, add(even[0], odd[0]));
+            put(yr, yi, o + s, twiddle(add(even[1], t1), w[1]));
+            put(yr, yi, o + 2 * s, twiddle(add(even[2], t2), w[2]));
+            put(yr, yi, o + 3 * s, twiddle(add(even[3], t3), w[3]));
+            put(yr, yi, o + 4 * s, twiddle(sub(even[0], odd[0]), w[4]));
+            put(yr, yi, o + 5 * s, twiddle(sub(even[1], t1), w[5]));
+            put(yr, yi, o + 6 * s, twiddle(sub(even[2], t2), w[6]));
+            put(yr, yi, o + 7 * s, twiddle(sub(even[3], t3), w[7]));
+        }
+    }
+}
+
+// Odd radix by sums and differences of conjugate pairs.
+inline void stage_odd(int length, int radix, int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                      __global const float2* tw) {
+    const int m = n / radix, pairs = radix / 2, root = length / radix;
+    for (int p = 0; p < m; ++p)
+        for (int q = 0; q < s; ++q) {
+            const complexn x0 = at(xr, xi, q + s * p);
+            complexn sum[6], diff[6];
+            complexn total = x0;
+            for (int j = 0; j < pairs; ++j) {
+                const complexn a = at(xr, xi, q + s * (p + m * (j + 1)));
+                const complexn b = at(xr, xi, q + s * (p + m * (radix - 1 - j)));
+                sum[j] = add(a, b);
+                diff[j] = sub(a, b);
+                total = add(total, sum[j]);
+            }
+            const int o = q + s * radix * p;
+            put(yr, yi, o, total);
+            for (int k = 1; k <= pairs; ++k) {
+                complexn c = x0, d;
+                d.re = (REALN)(0.0f);
+                d.im = (REALN)(0.0f);
+                for (int j = 0; j < pairs; ++j) {
+                    const float2 w = tw[((j + 1) * k % radix) * root];
+                    c.re = fma(sum[j].re, (REALN)(w.x), c.re);
+                    c.im = fma(sum[j].im, (REALN)(w.x), c.im);
+                    d.re = fma(diff[j].re, (REALN)(w.y), d.re);
+                    d.im = fma(diff[j].im, (REALN)(w.y), d.im);
+                }
+                d = turn(d);
+                put(yr, yi, o + s * k, twiddle(add(c, d), tw[k * p * s]));
+                put(yr, yi, o + s * (radix - k), twiddle(sub(c, d), tw[(radix - k) * p * s]));
+            }
+        }
+}
+
+// Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi).
+inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
+    int n = length, s = 1, swapped = 0;
+    while (n > 1) {
+        const REALN* xr = swapped ? br : ar;
+        const REALN* xi = swapped ? bi : ai;
+        REALN* yr = swapped ? ar : br;
+        REALN* yi = swapped ? ai : bi;
+        int radix;
+        if (n % 8 == 0) {
+            radix = 8;
+            stage8(n, s, xr, xi, yr, yi, tw);
+        } else if (n % 4 == 0) {
+            radix = 4;
+            stage4(n, s, xr, xi, yr, yi, tw);
+        } else if (n % 2 == 0) {
+            radix = 2;
+            stage2(n, s, xr, xi, yr, yi, tw);
+        } else {
+#if BTFIELD_FFT_ODD
+            radix = n % 3 == 0 ? 3 : n % 5 == 0 ? 5 : n % 7 == 0 ? 7 : n % 11 == 0 ? 11 : 13;
+            stage_odd(length, radix, n, s, xr, xi, yr, yi, tw);
+#else
+            radix = n;  // not reached: the length was a power of 2
+#endif
+        }
+        n /= radix;
+        s *= radix;
+        swapped ^= 1;
+    }
+    return swapped;
+}
+
+#ifdef BTFIELD_KERNEL_fft_columns_inverse
+// Inverse pass 1, length W: spectrum (re, im) → (mid_re, mid_im). Work-item (vector of ky, plane).
+__kernel void fft_columns_inverse(__global const float* re, __global const float* im, __global float* mid_re,
+                                  __global float* mid_im, __global const float2* tw, int length, int height, int pitch_ky,
+                                  int pitch_x) {
+    const int ky = (int)get_global_id(0) * VW;
+    const int plane = (int)get_global_id(1);
+    const int rows = height / 2 + 1;
+    if (ky >= rows) return;
+    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    const size_t base = (size_t)plane * length * pitch_ky + ky;
+    for (int k = 0; k < length; ++k) {
+        ar[k] = LOADN(re + base + (size_t)k * pitch_ky);
+        ai[k] = LOADN(im + base + (size_t)k * pitch_ky);
+    }
+    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const float* sr = (const float*)(swapped ? br : ar);
+    const float* si = (const float*)(swapped ? bi : ai);
+    for (int l = 0; l < VW && ky + l < rows; ++l) {
+        const size_t out = ((size_t)plane * rows + ky + l) * pitch_x;
+        for (int k = 0; k < length; ++k) {
+            mid_re[out + k] = sr[k * VW + l];
+            mid_im[out + k] = si[k * VW + l];
+        }
+    }
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_fft_rows_inverse
+// Inverse pass 2, length H: (mid_re, mid_im) → images. Work-item (two vectors of x, plane).
+__kernel void fft_rows_inverse(__global const float* mid_re, __global const float* mid_im, __global float* images,
+                               __global const float2* tw, int length, int width, int pitch_x) {
+    const int x = (int)get_global_id(0) * 2 * VW;
+    const int plane = (int)get_global_id(1);
+    if (x >= width) return;
+    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    const int rows = length / 2 + 1;
+    const int left = width - x;
+    const size_t base = (size_t)plane * rows * pitch_x + x;
+    for (int k = 0; k < rows; ++k) {
+        const size_t i = base + (size_t)k * pitch_x;
+        // c = a + √−1·b for the two columns a and b, and the same of the mirrored, conjugated bins.
+        const REALN a_re = LOADN(mid_re + i), a_im = LOADN(mid_im + i);
+        // Past the last column there is anything, NaN included: it must not reach a.
+        const REALN b_re = load_up_to(mid_re + i + VW, left - VW), b_im = load_up_to(mid_im + i + VW, left - VW);
+        const int mirror = length - k;
+        if (mirror < length && mirror != k) {
+            ar[mirror] = a_re + b_im;
+            ai[mirror] = b_re - a_im;
+            ar[k] = a_re - b_im;
+            ai[k] = a_im + b_re;
+        } else {
+            // Self-conjugate bins are real: what rounding left in the imaginary part is dropped.
+            ar[k] = a_re;
+            ai[k] = b_re;
+        }
+    }
+    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const REALN* sr = swapped ? br : ar;
+    const REALN* si = swapped ? bi : ai;
+    __global float* out = images + (size_t)plane * length * width + x;
+    for (int r = 0; r < length; ++r) {
+        store_up_to(sr[r], out + (size_t)r * width, left);
+        store_up_to(si[r], out + (size_t)r * width + VW, left - VW);
+    }
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_fft_rows_forward
+// Forward pass 1, length H: images → (mid_re, mid_im). Work-item (two vectors of x, plane).
+__kernel void fft_rows_forward(__global const float* images, __global float* mid_re, __global float* mid_im,
+                               __global const float2* tw, int length, int width, int pitch_x) {
+    const int x = (int)get_global_id(0) * 2 * VW;
+    const int plane = (int)get_global_id(1);
+    if (x >= width) return;
+    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    const int left = width - x;
+    __global const float* in = images + (size_t)plane * length * width + x;
+    for (int r = 0; r < length; ++r) {
+        ar[r] = load_up_to(in + (size_t)r * width, left);
+        ai[r] = load_up_to(in + (size_t)r * width + VW, left - VW);
+    }
+    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const REALN* sr = swapped ? br : ar;
+    const REALN* si = swapped ? bi : ai;
+    const int rows = length / 2 + 1;
+    const size_t base = (size_t)plane * rows * pitch_x + x;
+    for (int k = 0; k < rows; ++k) {
+        const int mirror = k == 0 ? 0 : length - k;
+        const size_t o = base + (size_t)k * pitch_x;
+        STOREN((sr[k] + sr[mirror]) * 0.5f, mid_re + o);
+        STOREN((si[k] - si[mirror]) * 0.5f, mid_im + o);
+        STOREN((si[k] + si[mirror]) * 0.5f, mid_re + o + VW);
+        STOREN((sr[mirror] - sr[k]) * 0.5f, mid_im + o + VW);
+    }
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_fft_columns_forward
+// Forward pass 2, length W: (mid_re, mid_im) → spectrum. Work-item (vector of ky, plane).
+__kernel void fft_columns_forward(__global const float* mid_re, __global const float* mid_im, __global float* re,
+                                  __global float* im, __global const float2* tw, int length, int height, int pitch_ky,
+                                  int pitch_x) {
+    const int ky = (int)get_global_id(0) * VW;
+    const int plane = (int)get_global_id(1);
+    const int rows = height / 2 + 1;
+    if (ky >= rows) return;
+    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    float* xr = (float*)ar;
+    float* xi = (float*)ai;
+    for (int l = 0; l < VW; ++l) {
+        const size_t in = ((size_t)plane * rows + min(ky + l, rows - 1)) * pitch_x;
+        for (int k = 0; k < length; ++k) {
+            xr[k * VW + l] = mid_re[in + k];
+            xi[k * VW + l] = mid_im[in + k];
+        }
+    }
+    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const REALN* sr = swapped ? br : ar;
+    const REALN* si = swapped ? bi : ai;
+    const size_t base = (size_t)plane * length * pitch_ky + ky;
+    for (int k = 0; k < length; ++k) {
+        STOREN(sr[k], re + base + (size_t)k * pitch_ky);
+        STOREN(si[k], im + base + (size_t)k * pitch_ky);
+    }
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_transpose_planes
+// images[plane][row][column] ← columns[plane][column][row] (clFFT's order), in 16 × 16 tiles on private memory.
+__kernel void transpose_planes(__global const float* columns, __global float* images, int height, int width) {
+    const int x0 = (int)get_global_id(0) * 16;
+    const int y0 = (int)get_global_id(1) * 16;
+    const size_t plane = (size_t)get_global_id(2) * height * width;
+    if (x0 >= width) return;
+    const int x1 = min(x0 + 16, width), y1 = min(y0 + 16, height);
+    for (int y = y0; y < y1; ++y)
+        for (int x = x0; x < x1; ++x) images[plane + (size_t)y * width + x] = columns[plane + (size_t)x * height + y];
+}
+#endif

@@ -1,0 +1,218 @@
+// Synthesis in the frequency domain: Ỹ_t = F_t z_t (P4 eq. 28, 29; MODELS sections 7 to 9, 11).
+//
+// A texture has `parts` models of d planes each: one of all planes (3D models), or one per plane with d = 1 (2D models). The
+// part is work-item dimension 2. BTFIELD_FACTOR says what F_t is:
+//   0 autoregressive   scale · Λ_t⁻¹ Σ^{1/2}
+//   1 MMRF, 2 PMRF     as hermitian_factor.clh says
+//   3 moving average   scale · Λ_t Σ^{1/2}, Λ_t the transfer function
+// Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors:
+// [part][i][j][kx][ky], re and im.
+
+#include "base/philox.clh"
+
+#ifndef BTFIELD_PLANES
+#error "BTFIELD_PLANES (number of planes d of a part) is not defined"
+#endif
+#ifndef BTFIELD_FACTOR
+#error "BTFIELD_FACTOR (0 to 3, what F is) is not defined"
+#endif
+// 0: factors are computed where they are used; 1: they are read from memory.
+#ifndef BTFIELD_STORED_FACTORS
+#error "BTFIELD_STORED_FACTORS (0 or 1) is not defined"
+#endif
+
+#define D BTFIELD_PLANES
+
+// d up to 4 unrolls wholly; beyond, loops stay loops and the arrays live in memory.
+#if D <= 4
+#define UNROLL _Pragma("unroll")
+#else
+#define UNROLL _Pragma("nounroll")
+#endif
+
+#if !BTFIELD_STORED_FACTORS
+// Includes are put in place once: what both branches need comes before them.
+#include "base/float_pairs.clh"
+#include "base/transfer_matrix.clh"
+#if BTFIELD_FACTOR == 1 || BTFIELD_FACTOR == 2
+#include "base/hermitian_factor.clh"
+#elif BTFIELD_FACTOR == 0
+#include "base/general_solve.clh"
+#endif
+#define COEFFICIENTS_OF(part) (coefficients + (size_t)(part) * (count + 2) * D * D)
+
+// F_t at (kx, ky…).
+inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+#if BTFIELD_FACTOR == 1 || BTFIELD_FACTOR == 2
+    hermitian_factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
+#else
+    REALN lr[D * D], li[D * D];
+    transfer_matrix(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, lr, li);
+    __global const float* noise = coefficients + (size_t)(count + 1) * D * D;
+#if BTFIELD_FACTOR == 0
+    general_solve(lr, li, noise, fr, fi);
+#else
+    UNROLL
+    for (int i = 0; i < D; ++i) {
+        UNROLL
+        for (int k = 0; k < D; ++k) {
+            REALN re = 0.0f, im = 0.0f;
+            UNROLL
+            for (int j = 0; j < D; ++j) {
+                re = fma(lr[i * D + j], (REALN)(noise[j * D + k]), re);
+                im = fma(li[i * D + j], (REALN)(noise[j * D + k]), im);
+            }
+            fr[i * D + k] = re;
+            fi[i * D + k] = im;
+        }
+    }
+#endif
+#endif
+}
+#endif
+
+#if BTFIELD_STORED_FACTORS
+#define FACTOR_SOURCE __global const float *factor_re, __global const float *factor_im
+
+inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+    UNROLL
+    for (int e = 0; e < D * D; ++e) {
+        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
+        fr[e] = LOADN(factor_re + i);
+        fi[e] = LOADN(factor_im + i);
+    }
+}
+
+#define FETCH_FACTOR(part, kx, ky, fr, fi) fetch_factor(factor_re, factor_im, part, kx, ky, width, pitch, fr, fi)
+#else
+#define FACTOR_SOURCE FACTOR_ARGUMENTS
+#define FETCH_FACTOR(part, kx, ky, fr, fi) \
+    factor(COEFFICIENTS_OF(part), offsets, rows, columns, count, kx, ky, width, pitch, fr, fi)
+#endif
+
+#ifdef BTFIELD_KERNEL_spectral_factors
+// Factors of every frequency of the half spectrum, [part][i][j][kx][ky]. Work-item (vector of ky, kx, part).
+__kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __global float* factor_im, int width,
+                               int pitch) {
+    const int ky = (int)get_global_id(0) * VW;
+    const int kx = (int)get_global_id(1);
+    const int part = (int)get_global_id(2);
+    if (ky >= pitch) return;
+    REALN fr[D * D], fi[D * D];
+    factor(COEFFICIENTS_OF(part), offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
+    UNROLL
+    for (int e = 0; e < D * D; ++e) {
+        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
+        STOREN(fr[e], factor_re + i);
+        STOREN(fi[e], factor_im + i);
+    }
+}
+#endif
+
+// y = F z; the mean of plane i is added at frequency 0, where one unit is one unit of every pixel.
+inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, const REALN* zi,
+                            __global const float* mean, __global float* re, __global float* im, size_t base,
+                            size_t plane_size, int zero_frequency) {
+    UNROLL
+    for (int i = 0; i < D; ++i) {
+        REALN yr = 0.0f, yi = 0.0f;
+        UNROLL
+        for (int j = 0; j < D; ++j) {
+            const REALN a = fr[i * D + j], b = fi[i * D + j];
+            yr = fma(a, zr[j], fma(-b, zi[j], yr));
+            yi = fma(a, zi[j], fma(b, zr[j], yi));
+        }
+        if (zero_frequency) yr = choose(MASK(LANE_INDEX == 0u), yr + mean[i], yr);
+        STOREN(yr, re + base + (size_t)i * plane_size);
+        STOREN(yi, im + base + (size_t)i * plane_size);
+    }
+}
+
+#ifdef BTFIELD_KERNEL_synthesise_spectrum
+// Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures.
+// Bin ky of a row kx is pair ky/16 % 2 of block 16·(ky/32) + ky%16; on ky = 0 and H/2 the upper half of kx mirrors the lower
+// and self-conjugate bins are real. Work-item (vector of blocks, kx, part).
+__kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __global const uint2* seeds,
+                                  __global float* re, __global float* im, int height, int width, int pitch, int batch,
+                                  int parts, uint level) {
+    const int item = (int)get_global_id(0);
+    const int kx = (int)get_global_id(1);
+    const int part = (int)get_global_id(2);
+    const int block = item * VW;
+    const int ky0 = (block / 16) * 32 + block % 16;
+    const int last = height / 2;
+    if (ky0 > last) return;
+    const int pairs = ky0 + 16 <= last ? 2 : 1;
+    const size_t plane_size = (size_t)width * pitch;
+    const int mirror = kx == 0 ? 0 : width - kx;
+
+    REALN fr[2][D * D], fi[2][D * D];
+    INTN own[2];  // bins that are conjugate to themselves or to another bin of the same column
+    int special[2];
+    for (int h = 0; h < pairs; ++h) {
+        const int ky = ky0 + 16 * h;
+        FETCH_FACTOR(part, kx, ky, fr[h], fi[h]);
+        const INTN index = AS_INTN(LANE_INDEX) + ky;
+        own[h] = MASK(index == 0);
+        if (height % 2 == 0) own[h] |= MASK(index == last);
+        special[h] = ky == 0 || (height % 2 == 0 && ky <= last && last < ky + VW);
+    }
+    for (int b = 0; b < batch; ++b) {
+        const uint2 seed = seeds[b];
+        REALN zr[2][D], zi[2][D];
+        for (int j = 0; j < D; ++j) {
+            philox_words counter;
+            counter.x = (UINTN)((uint)block) + LANE_INDEX;
+            counter.y = (UINTN)((uint)kx);
+            counter.z = (UINTN)((uint)(part * D + j));
+            counter.w = (UINTN)(noise_level(level, BTFIELD_DOMAIN_SPECTRAL));
+            const philox_words words = philox4x32_10(counter, seed.x, seed.y);
+            box_muller(words.x, words.y, &zr[0][j], &zi[0][j]);
+            if (pairs == 2) box_muller(words.z, words.w, &zr[1][j], &zi[1][j]);
+            if ((special[0] || (pairs == 2 && special[1])) && kx >= mirror) {
+                counter.y = (UINTN)((uint)mirror);
+                const philox_words other = philox4x32_10(counter, seed.x, seed.y);
+                for (int h = 0; h < pairs; ++h) {
+                    REALN mr, mi;
+                    if (h == 0)
+                        box_muller(other.x, other.y, &mr, &mi);
+                    else
+                        box_muller(other.z, other.w, &mr, &mi);
+                    const int real = kx == mirror;
+                    zr[h][j] = choose(own[h], real ? mr * 1.41421356237f : mr, zr[h][j]);
+                    zi[h][j] = choose(own[h], real ? (REALN)(0.0f) : -mi, zi[h][j]);
+                }
+            }
+        }
+        for (int h = 0; h < pairs; ++h) {
+            const int ky = ky0 + 16 * h;
+            const size_t base = (size_t)(b * parts + part) * D * plane_size + (size_t)kx * pitch + ky;
+            apply_and_store(fr[h], fi[h], zr[h], zi[h], mean + part * D, re, im, base, plane_size,
+                            kx == 0 && ky == 0);
+        }
+    }
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_filter_spectrum
+// The same for noise that was drawn on the lattice and transformed: in place. Work-item (vector of ky, kx, part).
+__kernel void filter_spectrum(FACTOR_SOURCE, __global const float* mean, __global float* re, __global float* im,
+                              int height, int width, int pitch, int batch, int parts) {
+    const int ky = (int)get_global_id(0) * VW;
+    const int kx = (int)get_global_id(1);
+    const int part = (int)get_global_id(2);
+    if (ky > height / 2) return;
+    const size_t plane_size = (size_t)width * pitch;
+    REALN fr[D * D], fi[D * D];
+    FETCH_FACTOR(part, kx, ky, fr, fi);
+    for (int b = 0; b < batch; ++b) {
+        const size_t base = (size_t)(b * parts + part) * D * plane_size + (size_t)kx * pitch + ky;
+        REALN zr[D], zi[D];
+        for (int j = 0; j < D; ++j) {
+            zr[j] = LOADN(re + base + (size_t)j * plane_size);
+            zi[j] = LOADN(im + base + (size_t)j * plane_size);
+        }
+        apply_and_store(fr, fi, zr, zi, mean + part * D, re, im, base, plane_size, kx == 0 && ky == 0);
+    }
+}
+#endif
