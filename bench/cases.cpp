@@ -13,14 +13,14 @@ void add_all() {
     add_ceiling();
     add_noise();
     add_fft();
-    add_spectral_solve();
+    add_spectral_factors();
     add_spectral_root();
     add_pyramid();
-    add_planes();
+    add_plane_restorer();
     add_lag_covariance();
     add_fit();
     add_models();
-    add_convolve();
+    add_convolution();
     add_causal_recursion();
     add_synthesis();
     add_experiment();

@@ -13,14 +13,14 @@ namespace btfield::bench {
 void add_ceiling();
 void add_noise();
 void add_fft();
-void add_spectral_solve();
+void add_spectral_factors();
 void add_spectral_root();
 void add_pyramid();
-void add_planes();
+void add_plane_restorer();
 void add_lag_covariance();
 void add_fit();
 void add_models();
-void add_convolve();
+void add_convolution();
 void add_causal_recursion();
 void add_synthesis();
 void add_experiment();

@@ -16,7 +16,7 @@
 #include "host/analysis/lag_products.hpp"
 #include "host/analysis/marginal_moments.hpp"
 #include "host/base/parallel.hpp"
-#include "host/fit/analysis.hpp"
+#include "host/fit/analysed_picture.hpp"
 #include "host/fit/correlated_support.hpp"
 #include "host/fit/level_fit.hpp"
 #include "host/fit/level_gains.hpp"

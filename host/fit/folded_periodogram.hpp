@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "btfield/image.hpp"
-#include "host/spectrum/spectral_lanes.hpp"
+#include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield {
 

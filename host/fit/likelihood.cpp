@@ -14,7 +14,7 @@
 #include "host/analysis/lag_matrices.hpp"
 #include "host/base/parallel.hpp"
 #include "host/fit/least_squares.hpp"
-#include "host/spectrum/mrf_lattice.hpp"
+#include "host/spectrum/lattice.hpp"
 #include "host/spectrum/spectral_density.hpp"
 #include "host/spectrum/spectral_form.hpp"
 

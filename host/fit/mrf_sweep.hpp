@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/base/parallel.hpp"
-#include "host/spectrum/mrf_lattice.hpp"
+#include "host/spectrum/lattice.hpp"
 
 namespace btfield {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "btfield/models.hpp"
-#include "host/spectrum/spectral_lanes.hpp"
+#include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield {
 

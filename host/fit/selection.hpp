@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "btfield/fit.hpp"
-#include "host/fit/analysis.hpp"
+#include "host/fit/analysed_picture.hpp"
 
 namespace btfield {
 

@@ -2,7 +2,7 @@
 
 // Proof that a Hermitian matrix polynomial is positive definite on the whole frequency torus.
 
-#include "host/spectrum/spectral_lanes.hpp"
+#include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield {
 

@@ -116,7 +116,7 @@ void Convolution::filter(Device::Impl& device, const Buffer& noise, const Buffer
     const Range range{(static_cast<size_t>(lattice_.width) + lanes - 1) / lanes,
                       (static_cast<size_t>(lattice_.height) + rows - 1) / rows,
                       static_cast<size_t>(batch) * static_cast<size_t>(blocks_)};
-    device.launch(device.kernel("convolve", "convolve", parameters), range, Grain::fine, noise, images,
+    device.launch(device.kernel("convolution", "convolve", parameters), range, Grain::fine, noise, images,
                   coefficients_, offsets_, offsets_count_, mean_, lattice_.height, lattice_.width, blocks_,
                   reach_, cl::Local(tiles_ ? tile_bytes(device) : sizeof(float)));
 }

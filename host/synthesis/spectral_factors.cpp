@@ -148,7 +148,7 @@ cl::Kernel& SpectralFactors::kernel(Device::Impl& device, const char* name, bool
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_STORED_FACTORS", stored ? 1 : 0);
     parameters.set("BTFIELD_FACTOR", static_cast<int>(kind_));
-    return device.kernel("spectral_solve", name, parameters);
+    return device.kernel("spectral_factors", name, parameters);
 }
 
 Grain SpectralFactors::grain() const {

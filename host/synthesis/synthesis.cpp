@@ -12,7 +12,7 @@
 #include "host/synthesis/causal_recursion.hpp"
 #include "host/synthesis/convolution.hpp"
 #include "host/synthesis/independent_planes.hpp"
-#include "host/synthesis/planes.hpp"
+#include "host/synthesis/plane_restorer.hpp"
 #include "host/synthesis/spectral_factors.hpp"
 #include "host/synthesis/synthesis_layout.hpp"
 

@@ -1,5 +1,5 @@
 // Roots and solves of one small complex matrix a lane, alone; hermitian_factor.clh and general_solve.clh hold what
-// spectral_solve.cl uses.
+// spectral_factors.cl uses.
 //
 // Matrices lie as factors do: [i][j][matrix], real and imaginary parts apart, rows of `pitch` matrices, a multiple of
 // BTFIELD_VECTOR_WIDTH. Work-item (vector of matrices).

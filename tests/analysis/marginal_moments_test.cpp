@@ -7,7 +7,7 @@
 #include <string>
 
 #include "host/base/normal_distribution.hpp"
-#include "tests/reference/planes.hpp"
+#include "tests/reference/plane_restorer.hpp"
 
 namespace btfield {
 namespace {

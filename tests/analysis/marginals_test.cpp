@@ -16,7 +16,7 @@
 #include "host/base/normal_distribution.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/reference/lag_covariance.hpp"
-#include "tests/reference/planes.hpp"
+#include "tests/reference/plane_restorer.hpp"
 
 namespace btfield {
 namespace {

@@ -255,7 +255,7 @@ TEST_F(ProgramCaches, BuildFailuresPointAtFileAndLine) {
 
 TEST_F(ProgramCaches, MissingMacrosAreNamed) {
     ProgramCache programs = cache();
-    for (const std::string stem : {"noise", "pyramid", "spectral_solve", "fft"}) {
+    for (const std::string stem : {"noise", "pyramid", "spectral_factors", "fft"}) {
         const std::string text(embedded_kernel(stem));
         std::vector<std::string> macros;
         const std::regex guard("#ifndef (BTFIELD_[A-Z_]+)\n#error \"\\1 ");

@@ -1,4 +1,4 @@
-// host/random_decrement.cpp.
+// host/fit/random_decrement.cpp.
 
 #include "host/fit/random_decrement.hpp"
 #include "host/analysis/expansion.hpp"

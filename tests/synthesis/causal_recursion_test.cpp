@@ -1,4 +1,4 @@
-// kernels/causal_recursion.cl, host/causal_recursion.cpp and host/recursion_stability.cpp.
+// kernels/synthesis/causal_recursion.cl, host/synthesis/causal_recursion.cpp and recursion_stability.cpp.
 
 #include "host/synthesis/causal_recursion.hpp"
 

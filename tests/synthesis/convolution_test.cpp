@@ -1,4 +1,4 @@
-// kernels/convolve.cl and host/convolution.cpp.
+// kernels/synthesis/convolution.cl and host/synthesis/convolution.cpp.
 
 #include "host/synthesis/convolution.hpp"
 

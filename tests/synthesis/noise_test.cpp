@@ -1,4 +1,4 @@
-// kernels/noise.cl and kernels/philox.clh.
+// kernels/synthesis/noise.cl and kernels/base/philox.clh.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// kernels/spectral_root.cl: hermitian_root.clh, hermitian_factor.clh and general_solve.clh.
+// kernels/synthesis/spectral_root.cl: hermitian_root.clh, hermitian_factor.clh and general_solve.clh.
 
 #include <gtest/gtest.h>
 

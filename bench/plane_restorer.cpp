@@ -1,11 +1,11 @@
-#include "host/synthesis/planes.hpp"
+#include "host/synthesis/plane_restorer.hpp"
 
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "bench/cases.hpp"
-#include "bench/peers/planes.hpp"
+#include "bench/peers/plane_restorer.hpp"
 #include "bench/report.hpp"
 
 namespace btfield::bench {
@@ -63,7 +63,7 @@ void check_peer(const State& state) {
 
 }  // namespace
 
-void add_planes() {
+void add_plane_restorer() {
     const std::string name = "planes, marginals and KLT undone, 512 rgb";
     add(name, [] {
         struct OnDevice {

@@ -1,4 +1,4 @@
-#include "host/synthesis/planes.hpp"
+#include "host/synthesis/plane_restorer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "tests/device_cases.hpp"
-#include "tests/reference/planes.hpp"
+#include "tests/reference/plane_restorer.hpp"
 
 namespace btfield {
 namespace {
@@ -109,44 +109,44 @@ void check_restored(Device& device, const SpectralBasis& basis, const std::vecto
         }
 }
 
-class PlanesSmall : public testing::TestWithParam<int> {
+class PlaneRestorerSmall : public testing::TestWithParam<int> {
   protected:
     Device device_ = test::device_of_width(GetParam());
 };
-INSTANTIATE_TEST_SUITE_P(Widths, PlanesSmall, testing::ValuesIn(test::vector_widths),
+INSTANTIATE_TEST_SUITE_P(Widths, PlaneRestorerSmall, testing::ValuesIn(test::vector_widths),
                          testing::PrintToStringParamName());
 
-TEST_P(PlanesSmall, FollowTheReference) {
+TEST_P(PlaneRestorerSmall, FollowTheReference) {
     for (const auto& [rank, planes] : {std::pair{1, 1}, std::pair{1, 3}, std::pair{3, 3}, std::pair{4, 6}})
         for (const Size size : {Size{1, 1}, Size{17, 31}})
             check_restored(device_, random_basis(rank, planes), random_marginals(rank, 24), size, 2);
 }
 
-TEST_P(PlanesSmall, TurnsAlone) {
+TEST_P(PlaneRestorerSmall, TurnsAlone) {
     for (const auto& [rank, planes] : {std::pair{2, 3}, std::pair{3, 3}})
         check_restored(device_, random_basis(rank, planes), {}, {13, 11}, 2);
 }
 
-class Planes : public testing::TestWithParam<int> {
+class PlaneRestorerSizes : public testing::TestWithParam<int> {
   protected:
     Device device_ = test::device_of_width(GetParam());
 };
-INSTANTIATE_TEST_SUITE_P(Widths, Planes, testing::ValuesIn(test::vector_widths),
+INSTANTIATE_TEST_SUITE_P(Widths, PlaneRestorerSizes, testing::ValuesIn(test::vector_widths),
                          testing::PrintToStringParamName());
 
-TEST_P(Planes, EverySize) {
+TEST_P(PlaneRestorerSizes, EverySize) {
     for (const Size size : test::lattice_sizes)
         check_restored(device_, random_basis(3, 3), random_marginals(3, 24), size, 3);
 }
 
-TEST_P(Planes, EveryRankAndNumberOfKnots) {
+TEST_P(PlaneRestorerSizes, EveryRankAndNumberOfKnots) {
     for (const auto& [rank, planes] : {std::pair{4, 4}, std::pair{7, 8}, std::pair{5, 12}})
         check_restored(device_, random_basis(rank, planes), random_marginals(rank, 16), {19, 23}, 1);
     for (const int knots : {fewest_knots, most_knots})
         check_restored(device_, random_basis(2, 2), random_marginals(2, knots), {19, 23}, 1);
 }
 
-TEST_P(Planes, NothingBeyondTheLastPixelIsTouched) {
+TEST_P(PlaneRestorerSizes, NothingBeyondTheLastPixelIsTouched) {
     // A buffer as long as the planes and one vector more.
     const Size size{7, 9};
     const SpectralBasis basis = random_basis(3, 3);
@@ -157,7 +157,7 @@ TEST_P(Planes, NothingBeyondTheLastPixelIsTouched) {
     for (std::size_t k = 3 * area(size); k < found.size(); ++k) EXPECT_EQ(found[k], 0.25F);
 }
 
-TEST_P(Planes, NaNStaysNaN) {
+TEST_P(PlaneRestorerSizes, NaNStaysNaN) {
     Image image = test::random_image({5, 7}, 3);
     image.at(1, 2, 3) = std::numeric_limits<float>::quiet_NaN();
     const SpectralBasis basis = random_basis(3, 3);
@@ -169,7 +169,7 @@ TEST_P(Planes, NaNStaysNaN) {
                 EXPECT_EQ(std::isnan(found.at(p, row, column)), row == 2 && column == 3);
 }
 
-TEST(PlanesOfAllWidths, Agree) {
+TEST(PlaneRestorerWidths, Agree) {
     const Size size{37, 41};
     const Image source = gaussian_planes(size, 6);
     Image first;
@@ -187,7 +187,7 @@ TEST(PlanesOfAllWidths, Agree) {
     }
 }
 
-TEST(PlanesOfAllWidths, TheHostMapsAlike) {
+TEST(PlaneRestorerWidths, TheHostMapsAlike) {
     const Image source = gaussian_planes({31, 17}, 3);
     const SpectralBasis basis = random_basis(3, 3);
     const std::vector<Marginal> marginals = random_marginals(3, 24);
@@ -201,7 +201,7 @@ TEST(PlanesOfAllWidths, TheHostMapsAlike) {
                   3 * (3 * 24 + 24 * 6) * test::unit_roundoff);
 }
 
-TEST(PlanesOfAllWidths, RefuseWhatDoesNotBelongTogether) {
+TEST(PlaneRestorerWidths, RefuseWhatDoesNotBelongTogether) {
     Device device;
     Device::Impl& impl = device.impl();
     const SpectralBasis basis = random_basis(2, 3);

@@ -53,7 +53,7 @@ void add_case(const std::string& name, bool draw, double budget) {
 
 }  // namespace
 
-void add_spectral_solve() {
+void add_spectral_factors() {
     const double unlimited = std::numeric_limits<double>::max();
     const std::string name = "noise and solve 512 rgb order 3";
     for (const char* stored : {", stored factors", ", factors on the fly"}) {

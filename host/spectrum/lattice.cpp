@@ -1,4 +1,4 @@
-#include "host/spectrum/mrf_lattice.hpp"
+#include "host/spectrum/lattice.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

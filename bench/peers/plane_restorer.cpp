@@ -1,4 +1,4 @@
-#include "bench/peers/planes.hpp"
+#include "bench/peers/plane_restorer.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "host/spectrum/spectral_lanes.hpp"
+#include "host/spectrum/lane_matrix.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -77,7 +77,7 @@ void add_case(const std::string& name, bool draw) {
 
 }  // namespace
 
-void add_convolve() {
+void add_convolution() {
     add_case("convolve 512 rgb order 5", false);
     add_case("noise and convolve 512 rgb order 5", true);
     add("random decrement 800 rgb order 5", [] {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/spectrum/spectral_lanes.hpp"
+#include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield {
 

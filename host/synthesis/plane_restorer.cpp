@@ -1,4 +1,4 @@
-#include "host/synthesis/planes.hpp"
+#include "host/synthesis/plane_restorer.hpp"
 
 #include <string>
 #include <utility>
@@ -67,7 +67,7 @@ DevicePlanes PlaneRestorer::restore(DevicePlanes eigenplanes) {
     if (rank_ != planes_) own = device_->buffer(scratch_bytes(eigenplanes.lattice, textures));
     const Buffer& target = own ? own : eigenplanes.values;
     const double scale = (knots_ - 1) / (2.0 * marginal_reach);
-    device_->launch(device_->kernel("planes", "restore_planes", parameters),
+    device_->launch(device_->kernel("plane_restorer", "restore_planes", parameters),
                     {(pixels + lanes - 1) / lanes, static_cast<std::size_t>(textures)}, Grain::fine,
                     eigenplanes.values, target, tables_, static_cast<float>(scale), basis_,
                     static_cast<int>(pixels));

@@ -1,4 +1,4 @@
-#include "host/fit/analysis.hpp"
+#include "host/fit/analysed_picture.hpp"
 
 #include <algorithm>
 

@@ -1,0 +1,135 @@
+#include "host/cl/device_choice.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace btfield {
+namespace {
+
+DeviceType type_of(const cl::Device& device) {
+    const auto type = device.getInfo<CL_DEVICE_TYPE>();
+    if (type & CL_DEVICE_TYPE_GPU) return DeviceType::gpu;
+    if (type & CL_DEVICE_TYPE_CPU) return DeviceType::cpu;
+    return DeviceType::accelerator;
+}
+
+std::vector<DeviceCandidate> candidates() {
+    // Drivers set themselves up when they are first asked, and not all of them (PoCL 3.1) bear to be asked by
+    // two threads at a time.
+    static std::mutex asking;
+    const std::lock_guard lock(asking);
+    std::vector<DeviceCandidate> found;
+    std::vector<cl::Platform> platforms;
+    try {
+        cl::Platform::get(&platforms);
+    } catch (const cl::Error&) {
+        return found;  // the loader reports "no platform" as an error
+    }
+    for (std::size_t p = 0; p < platforms.size(); ++p) {
+        std::vector<cl::Device> devices;
+        try {
+            platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
+        } catch (const cl::Error&) {
+            continue;  // a platform without devices is one of those that do not matter
+        }
+        for (std::size_t i = 0; i < devices.size(); ++i) {
+            const cl::Device& device = devices[i];
+            DeviceInfo info;
+            info.platform = platforms[p].getInfo<CL_PLATFORM_NAME>();
+            info.platform_index = static_cast<int>(p);
+            info.device_index = static_cast<int>(i);
+            info.name = device.getInfo<CL_DEVICE_NAME>();
+            info.type = type_of(device);
+            info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+            info.vector_width = static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>());
+            info.memory_bytes = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+            found.push_back({device, info});
+        }
+    }
+    const auto mark = [&](auto wanted) {
+        const auto it = std::find_if(found.begin(), found.end(), wanted);
+        if (it == found.end()) return false;
+        it->info.is_default = true;
+        return true;
+    };
+    mark([](const DeviceCandidate& c) { return c.info.type == DeviceType::gpu; }) ||
+        mark([](const DeviceCandidate& c) { return c.info.type == DeviceType::cpu; }) ||
+        mark([](const DeviceCandidate&) { return true; });
+    return found;
+}
+
+std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+bool matches(const std::string& text, int index, const std::string& wanted) {
+    if (wanted.empty()) return false;
+    if (std::all_of(wanted.begin(), wanted.end(), [](unsigned char c) { return std::isdigit(c); }))
+        return wanted == std::to_string(index);
+    return lower(text).find(lower(wanted)) != std::string::npos;
+}
+
+bool matches(const DeviceCandidate& c, const std::string& spec) {
+    if (spec == "auto") return c.info.is_default;
+    if (spec == "cpu") return c.info.type == DeviceType::cpu;
+    if (spec == "gpu") return c.info.type == DeviceType::gpu;
+    if (lower(c.info.name).find(lower(spec)) != std::string::npos) return true;
+    for (std::size_t colon = spec.find(':'); colon != std::string::npos; colon = spec.find(':', colon + 1))
+        if (matches(c.info.platform, c.info.platform_index, spec.substr(0, colon)) &&
+            matches(c.info.name, c.info.device_index, spec.substr(colon + 1)))
+            return true;
+    return false;
+}
+
+}  // namespace
+
+DeviceCandidate choose_device(std::string_view asked) {
+    std::string spec(asked);
+    std::string origin = "--device";
+    if (spec.empty()) {
+        const char* env = std::getenv("BTFIELD_DEVICE");
+        spec = env ? env : "";
+        origin = "BTFIELD_DEVICE";
+    }
+    if (spec.empty()) {
+        spec = "auto";
+        origin = "--device";
+    }
+    const std::vector<DeviceCandidate> all = candidates();
+    if (all.empty())
+        throw DeviceError("open an OpenCL device", "there is none on this machine",
+                          "install a driver, for any CPU the package pocl-opencl-icd");
+    for (const DeviceCandidate& c : all)
+        if (matches(c, spec)) return c;
+    std::string names;
+    for (const DeviceCandidate& c : all)
+        names += (names.empty() ? "" : ", ") + std::to_string(c.info.platform_index) + ":" +
+                 std::to_string(c.info.device_index) + " '" + c.info.name + "'";
+    throw DeviceError("open device '" + spec + "'", "the devices here are " + names,
+                      "give " + origin + " auto, cpu, gpu, PLATFORM:DEVICE or a part of a name");
+}
+
+std::vector<DeviceInfo> list_devices() {
+    std::vector<DeviceInfo> infos;
+    for (const DeviceCandidate& c : candidates()) infos.push_back(c.info);
+    return infos;
+}
+
+std::string_view name(DeviceType type) {
+    switch (type) {
+        case DeviceType::cpu:
+            return "cpu";
+        case DeviceType::gpu:
+            return "gpu";
+        default:
+            return "accelerator";
+    }
+}
+
+}  // namespace btfield
