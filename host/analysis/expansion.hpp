@@ -1,6 +1,6 @@
 #pragma once
 
-// Covariances of pyramid levels seen at full resolution.
+// Covariances of pyramid levels seen at full resolution (theory 12.1).
 
 #include <span>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 
-// Moments of piecewise-linear maps of normals (MODELS section 11, "Marginals").
+// Moments of piecewise-linear maps of normals (theory 13.4).
 
 #include <span>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 
-// The order of a plane's values.
+// The order of a plane's values (theory 13.1).
 
 #include <cstdint>
 #include <span>

@@ -12,7 +12,7 @@
 
 namespace btfield::cli {
 
-/// The JSON object that CLI.md promises for `fit` and `info`, without `seconds` and `reasons`.
+/// The JSON object that docs/command-line.md promises for `fit` and `info`, without `seconds` and `reasons`.
 /// \param bytes size of the model file
 [[nodiscard]] Json model_json(const TextureModel& model, const std::filesystem::path& path,
                               std::uintmax_t bytes);

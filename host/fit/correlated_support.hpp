@@ -1,6 +1,6 @@
 #pragma once
 
-// Neighbourhoods of the offsets that the data correlate with most (P3).
+// Neighbourhoods of the offsets that the data correlate with most (theory 4.4; P3 3.1).
 
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
 
-// What the Whittle likelihood of a PMRF with unequal Σ needs of a picture beside its lag covariances.
+// What the Whittle likelihood of a PMRF with unequal Σ needs of a picture beside its lag covariances
+// (theory 11.2).
 
 #include <vector>
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// Pieces of the least-squares fits that fit(), fit_car(), fit_sar(), fit_mmrf() and fit_pmrf() share.
+// Pieces of the least-squares fits that fit(), fit_car(), fit_sar(), fit_mmrf() and fit_pmrf() share
+// (theory 5.5, 5.6).
 
 #include <Eigen/Core>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 
-// The Gaussian likelihood of a level under its model, from what is known of the level.
+// The Gaussian likelihood of a level under its model, from what is known of the level (theory 11.1).
 
 #include <cstddef>
 #include <functional>

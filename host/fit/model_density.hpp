@@ -1,6 +1,6 @@
 #pragma once
 
-// What a fitted texture model says of the full-resolution planes that it models.
+// What a fitted texture model says of the full-resolution planes that it models (theory 16.2).
 
 #include <vector>
 

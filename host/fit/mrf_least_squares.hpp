@@ -22,7 +22,7 @@ struct MrfEstimate {
     bool converged = true;  ///< the last two iterations agreed
 };
 
-/// Least-squares MMRF estimate from lag covariances alone (MODELS section 8; P4 eq. 46, 47). One joint vector
+/// Least-squares MMRF estimate from lag covariances alone (theory 8.3; P4 eq. 46, 47). One joint vector
 /// of unknowns for all planes, because Σ⁻¹ A_{−s} = (Σ⁻¹ A_s)ᵀ ties the planes' equations to each other.
 ///
 /// - NoiseForm::diagonal, P4's form: a_{−s,j,i} = (σ_j/σ_i) a_{s,i,j}; minimises mean_r Σ_i e_{r,i}² for the
@@ -46,7 +46,7 @@ struct MrfEstimate {
                                    const std::vector<std::uint8_t>& active, NoiseForm noise,
                                    const MrfLeastSquaresOptions& options = {});
 
-/// Least-squares PMRF estimate (MODELS section 8; P4 2.7): the first iteration of fit_mmrf(), A_{−s} = A_sᵀ,
+/// Least-squares PMRF estimate (theory 8.4; P4 2.7): the first iteration of fit_mmrf(), A_{−s} = A_sᵀ,
 /// minimises mean_r Σ_i e_{r,i}²; Σ = mean_r e_r e_rᵀ, which is lag 0 of S_e = Σ^{1/2} Λ Σ^{1/2}, or its
 /// diagonal. Consistent where Σ is a multiple of I. Arguments and errors as fit_mmrf()'s; per-pair sets go
 /// with either form of the noise.

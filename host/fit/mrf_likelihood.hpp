@@ -1,6 +1,6 @@
 #pragma once
 
-// Exact maximum likelihood of Markov random fields (MODELS section 10).
+// Exact maximum likelihood of Markov random fields (theory 11.4 to 11.6).
 
 #include <cstdint>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
 
-// Moving-average models, estimated from the picture itself by random decrement (P4 2.3, 2.4; P1 2.3; MODELS
-// section 9).
+// Moving-average models, estimated from the picture itself by random decrement (theory 9.2, 9.3; P4 2.3,
+// 2.4; P1 2.3).
 
 #include <vector>
 

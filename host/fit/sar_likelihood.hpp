@@ -1,6 +1,6 @@
 #pragma once
 
-// Exact maximum likelihood for MSAR models (MODELS section 10; the model is P4 2.5).
+// Exact maximum likelihood for MSAR models (theory 11.3; the model is P4 2.5).
 
 #include <cstdint>
 #include <vector>

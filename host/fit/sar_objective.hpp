@@ -1,7 +1,6 @@
 #pragma once
 
-// The likelihood of an MSAR model as a function of the free entries of B_t = Σ^{-1/2} Λ_t (MODELS section
-// 10).
+// The likelihood of an MSAR model as a function of the free entries of B_t = Σ^{-1/2} Λ_t (theory 11.3).
 
 #include <Eigen/Core>
 #include <memory>

@@ -1,6 +1,6 @@
 #pragma once
 
-// Choosing model, levels and order by what the picture says of them (docs/selection.md).
+// Choosing model, levels and order by what the picture says of them (theory 16, docs/selection.md).
 
 #include <functional>
 #include <string>

@@ -27,7 +27,7 @@ using std::size_t;
 constexpr int base_side = 128;
 constexpr Size half_grid = {base_side / 2, base_side / 2};
 // A model of ten times the data's variance is no model of the data, though its field may exist: such variance
-// sits in a ring of near-singular frequencies (MODELS section 7).
+// sits in a ring of near-singular frequencies (theory 7.3).
 constexpr double largest_ratio = 10.0;
 
 /// The basis in which the planes are uncorrelated with variance one: coefficients are smallest there, and

@@ -1,8 +1,8 @@
 #pragma once
 
 // A matrix polynomial B_t = Σ_s b_s e^{iω_t s} on a square grid of frequencies, its inverse, and means of
-// products of entries of the inverse times e^{iω u}: what the likelihood of an MSAR model is made of (MODELS
-// section 10).
+// products of entries of the inverse times e^{iω u}: what the likelihood of an MSAR model is made of
+// (theory 11.3).
 
 #include <Eigen/Core>
 #include <complex>

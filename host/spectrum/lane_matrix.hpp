@@ -81,8 +81,8 @@ void evaluate(const HermitianPolynomial& polynomial, double row_frequency, const
 /// The same without the inverse; spoils the matrix.
 [[nodiscard]] bool factorise_positive(LaneMatrix& matrix, double* log_determinant);
 
-/// x̂(u) = mean_t x_t e^{iω·u}, |u| <= box, of functions with x_{−t} = conj x_t, accumulated row by row of the
-/// grid.
+/// x̂(u) = mean_t x_t e^{iω·u}, |u| <= box, of functions with x_{−t} = conj x_t, accumulated row by row of
+/// the grid.
 class LagTransform {
   public:
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Proof that a Hermitian matrix polynomial is positive definite on the whole frequency torus.
+// Proof that a Hermitian matrix polynomial is positive definite on the whole frequency torus (theory 10.5).
 
 #include "host/spectrum/lane_matrix.hpp"
 

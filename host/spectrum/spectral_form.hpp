@@ -1,6 +1,6 @@
 #pragma once
 
-// How a model shapes the spectrum of white noise, one form for all families.
+// How a model shapes the spectrum of white noise, one form for all families (theory 6 to 9).
 
 #include <Eigen/Core>
 

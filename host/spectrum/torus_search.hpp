@@ -1,6 +1,7 @@
 #pragma once
 
-// What lies between the nodes of a frequency grid: zeros of det Λ, and narrow peaks of the spectral density.
+// What lies between the nodes of a frequency grid: zeros of det Λ, and narrow peaks of the spectral density
+// (theory 10.3, 10.4).
 
 #include <Eigen/Core>
 #include <complex>

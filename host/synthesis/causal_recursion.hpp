@@ -1,6 +1,6 @@
 #pragma once
 
-// Synthesis of causal autoregressive models by recursion in raster order (P4 eq. 10; MODELS section 6).
+// Synthesis of causal autoregressive models by recursion in raster order (theory 6.3; P4 eq. 10).
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// Synthesis of moving averages by direct convolution of white noise on the torus (P4 eq. 14, 16; MODELS
-// section 9).
+// Synthesis of moving averages by direct convolution of white noise on the torus (theory 14.4; P4 eq. 14,
+// 16).
 
 #include <vector>
 

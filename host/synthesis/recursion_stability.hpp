@@ -1,7 +1,7 @@
 #pragma once
 
 // Whether a causal autoregressive model can be run as a raster recursion, and how far from the border it has
-// forgotten where it began.
+// forgotten where it began (theory 6.4, 6.5).
 
 #include <string>
 

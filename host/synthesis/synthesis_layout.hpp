@@ -1,6 +1,6 @@
 #pragma once
 
-// Sizes of all lattices of one synthesis, and the device memory that its levels take.
+// Sizes of all lattices of one synthesis, and the device memory that its levels take (theory 14.5).
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The guard of MODELS section 7: does the fitted recursion define a stationary field?
+/// The guard (theory 10): does the fitted recursion define a stationary field?
 
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"

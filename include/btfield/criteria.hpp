@@ -28,7 +28,7 @@ struct Comparison {
 [[nodiscard]] Comparison compare(const Image& a, const Image& b);
 
 /// How far the histograms are apart: per plane the root mean square over u in (0, 1) of q_A(u) − q_B(u), q
-/// the quantile functions, in units of A's standard deviation (MODELS section 11). 0 where both planes hold
+/// the quantile functions, in units of A's standard deviation (theory 15.4). 0 where both planes hold
 /// the same values in the same proportions. \throws InputError as compare() does.
 [[nodiscard]] std::vector<double> quantile_errors(const Image& a, const Image& b);
 

@@ -31,11 +31,11 @@ enum class EstimatorChoice {
 /// "auto", "ls", "ml".
 [[nodiscard]] std::string_view name(EstimatorChoice choice);
 
-/// Level gains (MODELS section 11).
+/// Level gains (theory 12).
 enum class GainMode { match, none };
 [[nodiscard]] std::string_view name(GainMode mode);
 
-/// Marginals (MODELS section 11).
+/// Marginals (theory 13).
 enum class MarginalMode { match, none };
 [[nodiscard]] std::string_view name(MarginalMode mode);
 
@@ -132,12 +132,12 @@ class Analysis {
 /// Analysis(device, image).fit(options).
 [[nodiscard]] TextureModel fit(Device& device, const Image& image, const FitOptions& options = {});
 
-/// Least-squares / Bayesian CAR estimate from lag covariances alone (MODELS section 6; P4 eq. 4-9).
+/// Least-squares / Bayesian CAR estimate from lag covariances alone (theory 6.2; P4 eq. 2, 4-7, 12, 13).
 [[nodiscard]] CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind,
                                const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
                                NoiseForm noise, const BayesPrior& prior = {});
 
-/// Least-squares MSAR estimate from lag covariances alone (MODELS section 7; P4 eq. 30, 31).
+/// Least-squares MSAR estimate from lag covariances alone (theory 7.3; P4 eq. 30, 31).
 [[nodiscard]] SarModel fit_sar(const LagCovariance& statistic, NeighbourhoodKind kind,
                                const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
                                NoiseForm noise);

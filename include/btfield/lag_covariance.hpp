@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The sufficient statistic of every least-squares and maximum-likelihood fit (MODELS section 5).
+/// The sufficient statistic of every least-squares and maximum-likelihood fit (theory 5).
 
 #include <cstddef>
 #include <span>

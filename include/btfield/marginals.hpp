@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Histograms of a picture on a Gaussian field (MODELS section 11, "Marginals"): each eigenplane is mapped to
+/// Histograms of a picture on a Gaussian field (theory 13): each eigenplane is mapped to
 /// a standard normal by its own quantile function, models are fitted to what comes out, and what they grow is
 /// mapped back.
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Mean exhaustive minimum distance of the colours of two pictures (MODELS section 12; P4 eq. 50).
+/// Mean exhaustive minimum distance of the colours of two pictures (theory 15.2; P4 eq. 50).
 
 #include <array>
 #include <cstddef>

@@ -118,7 +118,7 @@ struct LevelModel {
     Size size;  ///< of the level in the analysed picture
     /// 3D: one model of all modelled planes; 2D: one single-plane model per KLT plane.
     std::vector<Model> models;
-    double gain = 1.0;  ///< standard-deviation factor applied at synthesis (MODELS section 11)
+    double gain = 1.0;  ///< standard-deviation factor applied at synthesis (theory 12.2)
     Estimator estimator = Estimator::least_squares;  ///< ml when any plane of a 2D level took it
     int iterations = 1;                              ///< 2D: of all planes together
     /// Whittle log-likelihood per pixel of the level under the model without its gain, natural logarithm, 2D:

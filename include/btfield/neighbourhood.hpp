@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Contextual neighbourhoods I_r (MODELS section 4).
+/// Contextual neighbourhoods I_r (theory 4).
 
 #include <string_view>
 #include <vector>

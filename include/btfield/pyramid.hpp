@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Gaussian-Laplacian pyramid on the torus (MODELS section 2; P0 2.1, P3 2.2).
+/// Gaussian-Laplacian pyramid on the torus (theory 2; P0 2.1, P3 2.2).
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// The Karhunen-Loève transform of the planes (P4 2, "2D" models; MODELS section 3).
+/// The Karhunen-Loève transform of the planes (theory 3; P4 2, "2D" models).
 
 #include <span>
 #include <vector>
@@ -41,7 +41,7 @@ inline constexpr double smallest_relative_variance = 1e-8;
 /// \throws InputError when the picture has not r planes
 [[nodiscard]] Image from_eigenplanes(const SpectralBasis& basis, const Image& eigenplanes, ColourSpace space);
 
-/// T C(s) Tᵀ at every lag: the statistic of the eigenplanes from that of the picture (MODELS section 5).
+/// T C(s) Tᵀ at every lag: the statistic of the eigenplanes from that of the picture (theory 5.3).
 /// \throws InputError when the numbers of planes differ
 [[nodiscard]] LagCovariance turned(const SpectralBasis& basis, const LagCovariance& statistic);
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// From a model to new texture of any size (MODELS section 11).
+/// From a model to new texture of any size (theory 14).
 
 #include <cstdint>
 #include <memory>
@@ -20,7 +20,7 @@ enum class NoiseDomain {
     spatial,    ///< noise on the lattice, then its transform (the papers' steps 1 and 2)
 };
 
-/// On what a causal autoregressive model lives (MODELS section 6).
+/// On what a causal autoregressive model lives (theory 6.3).
 enum class SynthesisMethod {
     torus,   ///< every model; opposite edges can continue each other
     raster,  ///< pixel after pixel from the rows above, as the papers do (P4 eq. 10), begun beyond the

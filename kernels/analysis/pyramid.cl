@@ -1,4 +1,4 @@
-// Gaussian-Laplacian pyramid on the torus, separable (MODELS section 2).
+// Gaussian-Laplacian pyramid on the torus, separable (theory 2).
 //
 // Rows may be pitched (a level synthesised on a larger lattice than it needs); indices wrap at the level's own size.
 // Weights: 2·RADIUS + 1 taps of w for reduce; for expand the same times the factor n.
@@ -21,7 +21,8 @@ inline int wrap(int i, int n) {
 }
 
 #ifdef BTFIELD_KERNEL_reduce_rows
-// fine [plane][fine_height][width] → out [plane][height][width], height = ceil(fine_height/n). Work-item (vector of columns, row, plane).
+// fine [plane][fine_height][width] → out [plane][height][width], height = ceil(fine_height/n).
+// Work-item (vector of columns, row, plane).
 __kernel void reduce_rows(__global const float* fine, __global float* out, __constant float* weights, int fine_height,
                           int height, int width) {
     const int x = (int)get_global_id(0) * VW;
@@ -48,7 +49,8 @@ __kernel void reduce_rows(__global const float* fine, __global float* out, __con
 #endif
 
 #ifdef BTFIELD_KERNEL_reduce_columns
-// in [plane][height][fine_width] → out [plane][height][width], width = ceil(fine_width/n). Work-item (vector of columns, row, plane).
+// in [plane][height][fine_width] → out [plane][height][width], width = ceil(fine_width/n).
+// Work-item (vector of columns, row, plane).
 __kernel void reduce_columns(__global const float* in, __global float* out, __constant float* weights, int fine_width,
                              int height, int width) {
     const int x = (int)get_global_id(0) * VW;
@@ -105,8 +107,8 @@ __kernel void expand_rows(__global const float* coarse, __global float* out, __c
 #endif
 
 #ifdef BTFIELD_KERNEL_expand_columns
-// fine ← base_scale · base + scale · expanded line of coarse [plane][height][coarse_width]: base [plane][base_lattice_height][base_pitch].
-// Work-item (vector of coarse columns, fine row, plane).
+// fine ← base + scale · expanded line of coarse: coarse [plane][height][coarse_width], base [plane][base_lattice_height]
+// [base_pitch]. Work-item (vector of coarse columns, fine row, plane).
 __kernel void expand_columns(__global const float* coarse, __global const float* base, __global float* fine,
                              __constant float* weights, int coarse_width, int base_lattice_height, int base_pitch,
                              int height, int width, float scale) {

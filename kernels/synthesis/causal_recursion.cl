@@ -1,4 +1,4 @@
-// Raster recursion: y_i(r) = Σ_s Σ_j A_{s,ij} y_j(r + s) + Σ_j L_ij n_j(r), 0 beyond the domain (P4 eq. 10; MODELS section 6).
+// Raster recursion: y_i(r) = Σ_s Σ_j A_{s,ij} y_j(r + s) + Σ_j L_ij n_j(r), 0 beyond the domain (theory 6.3; P4 eq. 10).
 //
 // Lanes are BTFIELD_VECTOR_WIDTH rows on top of each other, each BTFIELD_LAG columns behind the row above it, so that a step
 // finds all that it needs done: at step t lane l makes column t − l·LAG of its row. What lies back at most BTFIELD_BACK

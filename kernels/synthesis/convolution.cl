@@ -1,4 +1,5 @@
-// Moving averages: y_i(r) = μ_i + Σ_s Σ_j M_{s,ij} n_j(r ⊖ s) on the torus (P4 eq. 14, 16), M_s = scale · A_s Σ_e^{1/2}.
+// Moving averages: y_i(r) = μ_i + Σ_s Σ_j M_{s,ij} n_j(r ⊖ s) on the torus, M_s = scale · A_s Σ_e^{1/2}
+// (theory 14.4; P4 eq. 14, 16).
 //
 // Planes come in blocks of BTFIELD_PLANES that share nothing with each other (one block, or as many as a 2D model has
 // planes). Pictures and noise are [texture · planes + plane][row][column].

@@ -1,4 +1,4 @@
-// White Gaussian noise on the lattice, a function of (seed, level, plane, row, column) alone.
+// White Gaussian noise on the lattice, a function of (seed, level, plane, row, column) alone (theory 14.2).
 //
 // Columns come in chunks of 64: block b of a row yields four normals, of columns 64·(b/16) + b%16 + {0, 16, 32, 48}.
 // So vectors of up to 16 lanes store whole, and the numbers do not depend on the number of lanes.

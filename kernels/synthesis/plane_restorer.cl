@@ -1,5 +1,5 @@
-// From Gaussian eigenplanes to the planes of a picture: m = q(M x) (MODELS section 11, "Marginals"), then y = Tᵀ m + μ
-// (MODELS section 3), in one pass. Without marginals m = x.
+// From Gaussian eigenplanes to the planes of a picture: m = q(M x) (theory 13), then y = Tᵀ m + μ (theory 3), in one
+// pass. Without marginals m = x.
 //
 // q_j is piecewise linear over equal steps of the normal axis, constant beyond the ends; u is the place among the knots.
 

@@ -1,4 +1,4 @@
-// Synthesis in the frequency domain: Ỹ_t = F_t z_t (P4 eq. 28, 29; MODELS sections 7 to 9, 11).
+// Synthesis in the frequency domain: Ỹ_t = F_t z_t (theory 14.2, 14.3; P4 eq. 33).
 //
 // A texture has `parts` models of d planes each: one of all planes (3D models), or one per plane with d = 1 (2D models). The
 // part is work-item dimension 2. BTFIELD_FACTOR says what F_t is:

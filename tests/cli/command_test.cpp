@@ -372,7 +372,7 @@ TEST(Cli, ClampedPixelsAreCounted) {
 TEST(Cli, ModelsThatDoNotCertify) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
-    // Least squares on a symmetric support does not certify on real pictures: MODELS section 7.
+    // Least squares on a symmetric support does not certify on real pictures: theory 7.3.
     const Words words{"fit",
                       data + "/grass.png",
                       "-o",

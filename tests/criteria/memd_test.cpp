@@ -66,7 +66,7 @@ void expect_equal(const Memd& found, const Memd& expected) {
 }
 
 TEST(Memd, TwoPixels) {
-    // MODELS section 12: 10 takes 11, the nearer; 11 has only 8 left.
+    // Theory 15.2: 10 takes 11, the nearer; 11 has only 8 left.
     const Memd result = with_errors(device(), grey({10, 11}), grey({11, 8}));
     EXPECT_EQ(result.memd, 2.0);
     EXPECT_EQ(result.local_errors, (std::vector<float>{1.0F, 3.0F}));

@@ -187,8 +187,8 @@ TEST(RandomDecrement, SaysWhyItCannot) {
                  InputError);
 }
 
-/// MODELS section 9 and issue 4: with the default levels and matched gains the model's covariances are within
-/// 0.12 of the variance of the picture's, its standard deviations within 5 %.
+/// With the default levels and matched gains the model's covariances are within 0.12 of the variance of the
+/// picture's, its standard deviations within 5 %.
 TEST(RandomDecrement, RealPicturesKeepTheirCovariances) {
     Device device;
     for (const char* name : {"cork", "grass", "sand"}) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// MODELS section 5, as it is written there.
+// Theory 5.1, as it is written there.
 
 #include <cstddef>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 
-// MEMD as MODELS section 12 has it: the plain greedy loop.
+// MEMD as theory 15.2 has it: the plain greedy loop.
 
 #include <cmath>
 #include <cstddef>

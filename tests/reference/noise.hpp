@@ -1,6 +1,6 @@
 #pragma once
 
-// White noise as a function of (seed, level, plane, position), in float64 (MODELS section 11).
+// White noise as a function of (seed, level, plane, position), in float64 (theory 14.2).
 
 #include <array>
 #include <complex>

@@ -1,6 +1,6 @@
 #pragma once
 
-// From Gaussian eigenplanes to a picture as MODELS sections 3 and 11 write it, in float64.
+// From Gaussian eigenplanes to a picture as theory 3 and 13 write it, in float64.
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-// Pyramid steps on one plane as MODELS section 2 writes them, in float64.
+// Pyramid steps on one plane as theory 2.2 writes them, in float64.
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// F_t = scale · Λ_t⁻¹ Σ^{1/2} at one frequency, in float64 (P4 eq. 28, 29, 33; MODELS section 7).
+// F_t = scale · Λ_t⁻¹ Σ^{1/2} at one frequency, in float64 (theory 14.3; P4 eq. 33).
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

@@ -200,7 +200,7 @@ double error(const MatrixXcd& found, const MatrixXcd& expected) {
 }
 
 /// The Cholesky factor's columns, rounded to float32, have a condition of √cond; d-term sums and the
-/// rotations' roundings of every column come on top. The promise is the issue's.
+/// rotations' roundings of every column come on top.
 double root_bound(Index d, double condition) {
     const double bound = 8.0 * test::unit_roundoff * (static_cast<double>(d) + std::sqrt(condition));
     return condition <= 1e4 ? std::min(bound, promise) : bound;
