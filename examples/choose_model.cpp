@@ -28,7 +28,8 @@ std::string estimators(const btfield::TextureModel& model) {
 }
 
 /// Mean |C_ii(s) of the model − C_ii(s) of the picture| / C_ii(0) of the picture, textures averaged over
-/// seeds. \param picture  its covariances at probe_lags(), the first of which is 0
+/// seeds.
+/// \param picture  its covariances at probe_lags(), the first of which is 0
 double covariance_error(const btfield::TextureModel& model, const std::vector<double>& picture) {
     const std::vector<double> promised =
         theoretical_covariance(model, model.size, btfield::probe_lags(model.size));

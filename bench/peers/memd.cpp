@@ -24,7 +24,8 @@ class KdTree {
         build(0, order_.size(), none);
     }
 
-    /// Takes the nearest pixel away. \return its distance
+    /// Takes the nearest pixel away.
+    /// \return its distance
     float take_nearest(const float* colour) {
         best_ = std::numeric_limits<float>::max();
         nearest_ = none;

@@ -19,8 +19,8 @@ struct RankedPixel {
 [[nodiscard]] float sorted_value(std::uint32_t key);
 
 /// Pixels by ascending value. Equal values come in pseudo-random order, the same each time: a function of the
-/// values and `stream`; streams are unrelated. Takes time in proportion to the pixels. \throws InputError
-/// when there are more than 2³² pixels
+/// values and `stream`; streams are unrelated. Takes time in proportion to the pixels.
+/// \throws InputError when there are more than 2³² pixels
 [[nodiscard]] std::vector<RankedPixel> ascending(std::span<const float> values, std::uint32_t stream);
 
 }  // namespace btfield

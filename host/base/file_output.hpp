@@ -21,8 +21,7 @@ class FileOutput {
     /// Creates the empty temporary file. The target's type decides nothing else: any extension is kept.
     /// \param asked  first part of the messages, such as "write 'bark.png'"
     /// \throws InputError when the folder does not exist or cannot be written, or the target is a folder, a
-    /// block
-    ///         device, a socket or a file without write permission.
+    ///     block device, a socket or a file without write permission.
     FileOutput(const std::filesystem::path& target, std::string asked);
     ~FileOutput() noexcept;
     FileOutput(const FileOutput&) = delete;
@@ -32,7 +31,8 @@ class FileOutput {
     [[nodiscard]] const std::filesystem::path& temporary() const noexcept { return temporary_; }
 
     /// Flushes the temporary file to the disk and moves it to the target. Call once, after the writer has
-    /// closed it. \throws InputError when that fails; the temporary file is removed by the destructor.
+    /// closed it.
+    /// \throws InputError when that fails; the temporary file is removed by the destructor.
     void commit();
 
   private:
@@ -42,8 +42,8 @@ class FileOutput {
     bool special_ = false;  ///< target is a device or FIFO: copied into, not replaced
 };
 
-/// Puts the bytes into the file, completely or not at all. \throws InputError as FileOutput, and on a full
-/// disk.
+/// Puts the bytes into the file, completely or not at all.
+/// \throws InputError as FileOutput, and on a full disk.
 void write_file(const std::filesystem::path& target, std::string_view bytes, const std::string& asked);
 
 /// Throws what FileOutput would throw for this target, and leaves nothing behind.

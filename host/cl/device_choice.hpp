@@ -16,7 +16,8 @@ struct DeviceCandidate {
     DeviceInfo info;
 };
 
-/// The device that Device's constructor opens for this specification. \throws DeviceError when there is none
+/// The device that Device's constructor opens for this specification.
+/// \throws DeviceError when there is none
 [[nodiscard]] DeviceCandidate choose_device(std::string_view asked);
 
 }  // namespace btfield

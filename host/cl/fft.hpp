@@ -6,8 +6,8 @@
 /// Spectra are split complex and half over the row frequency: value (kx, ky) of plane p, 0 <= kx < W,
 /// 0 <= ky <= H/2, is at [(p·W + kx)·pitch + ky] of a plane of real and one of imaginary parts; images are
 /// [plane][row][column]. Neither direction scales:
-///     inverse: y(r) = Σ_t Y_t exp(+√−1 ω_t·r) over the whole Hermitian spectrum, forward: Y_t = Σ_r y(r)
-///     exp(−√−1 ω_t·r).
+///     inverse: y(r) = Σ_t Y_t exp(+√−1 ω_t·r) over the whole Hermitian spectrum
+///     forward: Y_t = Σ_r y(r) exp(−√−1 ω_t·r)
 
 #include <map>
 #include <memory>

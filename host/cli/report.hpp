@@ -17,7 +17,8 @@ namespace btfield::cli {
 /// Keeps the order in which keys are set.
 using Json = nlohmann::ordered_json;
 
-/// Writes the text to standard output and makes sure that it got there. \throws InputError when it did not.
+/// Writes the text to standard output and makes sure that it got there.
+/// \throws InputError when it did not.
 void emit_text(std::string_view text);
 /// The object as one line of standard output.
 void emit_json(const Json& object);

@@ -73,8 +73,8 @@ class ColourTree {
         std::uint32_t slot = none;  ///< of the colour
     };
     using Search = Hit (*)(const ColourTreeArrays&, const float*);
-    /// Brings the box of a block of `level`, a lane of the level above, up to date. \return whether it
-    /// changed
+    /// Brings the box of a block of `level`, a lane of the level above, up to date.
+    /// \return whether it changed
     using Tighten = bool (*)(ColourTreeArrays&, int level, std::size_t block);
     /// The nearest pixel that is left, the one of lowest raster index among equals.
     [[nodiscard]] Hit nearest(const float* colour) const { return search_(arrays_, colour); }

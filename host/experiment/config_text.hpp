@@ -10,7 +10,8 @@
 
 namespace btfield {
 
-/// As read_experiment. \param asked first part of the messages
+/// As read_experiment.
+/// \param asked first part of the messages
 [[nodiscard]] ExperimentConfig experiment_from_text(const std::string& text,
                                                     const std::filesystem::path& folder,
                                                     const std::string& asked);

@@ -116,7 +116,7 @@ struct WorkReport {
 
 /// Expands the patterns, sorted by name within each entry, and names the contents.
 /// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same
-/// picture.
+///     picture.
 [[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config);
 
 /// "x,y,w,h", or nothing.

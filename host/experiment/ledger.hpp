@@ -21,7 +21,8 @@ namespace btfield {
 /// Every member may be called from any thread.
 class Ledger {
   public:
-    /// Reads what the database has and plans the rest. \param workers threads of all ranks
+    /// Reads what the database has and plans the rest.
+    /// \param workers threads of all ranks
     Ledger(const ExperimentConfig& config, const std::filesystem::path& database,
            const ExperimentRunOptions& options, int workers);
 
@@ -31,7 +32,8 @@ class Ledger {
     [[nodiscard]] std::optional<WorkUnit> wait_for_next();
     /// No unit will come any more: all are worked off, or stop() was called.
     [[nodiscard]] bool finished();
-    /// Results, committed when this returns. \throws InputError when they cannot be; finished() from then on.
+    /// Results, committed when this returns.
+    /// \throws InputError when they cannot be; finished() from then on.
     void take(const WorkReport& report);
     /// A unit has ended, with all of its jobs reported unless stopped.
     void unit_ended();
@@ -39,8 +41,8 @@ class Ledger {
     void stop();
 
     [[nodiscard]] ExperimentProgress progress();
-    /// The end of the run: tidies the database. \throws what take() threw; InputError when a texture could
-    /// not be kept
+    /// The end of the run: tidies the database.
+    /// \throws what take() threw; InputError when a texture could not be kept
     ExperimentResult conclude();
 
   private:

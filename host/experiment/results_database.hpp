@@ -22,8 +22,8 @@ inline constexpr int results_schema = 1;
 /// Writes rows. One process at a time: it holds a lock as long as it lives, and readers do not mind.
 class ResultsDatabase {
   public:
-    /// Opens the database, or makes one where the file is absent or empty. \throws InputError when it is
-    /// another program's, damaged, locked by another run, or cannot be written.
+    /// Opens the database, or makes one where the file is absent or empty.
+    /// \throws InputError when it is another program's, damaged, locked by another run, or cannot be written.
     ResultsDatabase(const std::filesystem::path& path, const std::string& asked);
 
     void add(const ExperimentConfig& config);

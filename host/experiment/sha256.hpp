@@ -31,7 +31,8 @@ class Sha256 {
     return Sha256().add(bytes).digest();
 }
 
-/// Of the file's bytes. \throws InputError when it cannot be read.
+/// Of the file's bytes.
+/// \throws InputError when it cannot be read.
 [[nodiscard]] std::string sha256_of_file(const std::filesystem::path& path);
 
 }  // namespace btfield

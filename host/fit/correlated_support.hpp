@@ -10,8 +10,9 @@
 
 namespace btfield {
 
-/// Offsets of order 8 of this kind. \throws InputError when `count` of them cannot be kept: fewer than one,
-/// more than there are, an odd number of a symmetric kind, or a custom kind
+/// Offsets of order 8 of this kind.
+/// \throws InputError when `count` of them cannot be kept: fewer than one, more than there are, an odd number
+///     of a symmetric kind, or a custom kind
 [[nodiscard]] std::vector<Offset> correlated_candidates(NeighbourhoodKind kind, int count);
 
 struct CorrelatedSupport {
@@ -25,7 +26,8 @@ struct CorrelatedSupport {
 [[nodiscard]] CorrelatedSupport correlated_support(const LagCovariance& statistic, const Support& candidates,
                                                    int count);
 
-/// The sentence for Provenance::reasons. \param weakest of each level
+/// The sentence for Provenance::reasons.
+/// \param weakest of each level
 [[nodiscard]] std::string correlated_reason(int count, NeighbourhoodKind kind,
                                             const std::vector<Offset>& candidates,
                                             const std::vector<double>& weakest);

@@ -21,13 +21,13 @@ namespace btfield {
 [[nodiscard]] std::string describe(const std::vector<Offset>& offsets, int planes);
 
 /// \throws InputError when no least-squares fit can follow: no plane or offset, repeated offsets or the
-/// centre, per-pair
-///         sets of another size, lags that the statistic lacks, a constant plane.
+///     centre, per-pair sets of another size, lags that the statistic lacks, a constant plane.
 void check_request(const LagCovariance& statistic, const std::vector<Offset>& offsets,
                    const std::vector<std::uint8_t>& active);
 
 /// Solves xx · x = right for the rows and columns in `used`, scaled to a unit diagonal so that planes of
-/// different units do not count as ill-conditioned. \throws InputError when they are singular
+/// different units do not count as ill-conditioned.
+/// \throws InputError when they are singular
 [[nodiscard]] Eigen::MatrixXd solve_normal_equations(const Eigen::MatrixXd& xx, const Eigen::MatrixXd& right,
                                                      const std::vector<Eigen::Index>& used,
                                                      const std::string& asked);

@@ -22,7 +22,8 @@ struct FittedLevel {
 };
 
 /// I_r of the options' model: the family's own neighbourhood unless told, with the centre for moving
-/// averages. \throws InputError when the model cannot have the neighbourhood
+/// averages.
+/// \throws InputError when the model cannot have the neighbourhood
 struct Support {
     NeighbourhoodKind kind = NeighbourhoodKind::custom;
     std::vector<Offset> offsets;

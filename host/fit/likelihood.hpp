@@ -15,9 +15,10 @@ namespace btfield {
 /// Whittle log-likelihood per pixel, −½ (d ln 2π + mean_t ln det S_t + mean_t tr(S_t⁻¹ I_t)), I the
 /// periodogram. From lag covariances where S⁻¹ has no lags beyond theirs: autoregressive models, MMRF, and
 /// PMRF of one plane. Others read the periodogram. NaN where S is singular, as it is for a moving average
-/// whose transfer function vanishes or whose noise is semidefinite. \param mean_log_determinant mean_t ln
-/// |det Λ_t| \param periodogram          of the level, called when it is needed \param first_plane of the
-/// level's planes, the one that is the model's first
+/// whose transfer function vanishes or whose noise is semidefinite.
+/// \param mean_log_determinant mean_t ln |det Λ_t|
+/// \param periodogram of the level, called when it is needed
+/// \param first_plane of the level's planes, the one that is the model's first
 [[nodiscard]] double log_likelihood(const Model& model, const LagCovariance& statistic,
                                     double mean_log_determinant,
                                     const std::function<const FoldedPeriodogram&()>& periodogram,

@@ -13,12 +13,13 @@ namespace btfield {
 /// over all frequencies but 0, whose I_t removing the means has emptied. The density is that of what the
 /// levels add up to, gains and whitening M included, averaged over phases as level_gains.hpp has it: S_t = M
 /// Σ_k g_k² n^−2k |E_k(ω1)|² |E_k(ω2)|² S_k(n^k ω) Mᵀ, E_k the transform of the composed expansion kernel.
-/// NaN where S is not positive definite. \param periodogram of the modelled planes
+/// NaN where S is not positive definite.
+/// \param periodogram of the modelled planes
 [[nodiscard]] double picture_log_likelihood(const TextureModel& model, const FoldedPeriodogram& periodogram);
 
 /// Mean over the picture's planes i and the lags s of |C_ii(s) − P_ii(s)| / C_ii(0), C the picture's
-/// covariances, P the model's, marginals and basis undone. \param data covariances_at() of the picture at
-/// these lags
+/// covariances, P the model's, marginals and basis undone.
+/// \param data covariances_at() of the picture at these lags
 [[nodiscard]] double lag_covariance_error(const TextureModel& model, const std::vector<Offset>& lags,
                                           const std::vector<double>& data);
 

@@ -22,15 +22,13 @@ struct MrfEstimate {
     bool converged = true;  ///< the last two iterations agreed
 };
 
-/// Least-squares MMRF estimate from lag covariances alone (theory 8.3; P4 eq. 46, 47). One joint vector
-/// of unknowns for all planes, because Σ⁻¹ A_{−s} = (Σ⁻¹ A_s)ᵀ ties the planes' equations to each other.
+/// Least-squares MMRF estimate from lag covariances alone (theory 8.3; P4 eq. 46, 47). One joint vector of
+/// unknowns for all planes, because Σ⁻¹ A_{−s} = (Σ⁻¹ A_s)ᵀ ties the planes' equations to each other.
 ///
 /// - NoiseForm::diagonal, P4's form: a_{−s,j,i} = (σ_j/σ_i) a_{s,i,j}; minimises mean_r Σ_i e_{r,i}² for the
-/// ratios of the
-///   last iteration, ratios 1 at first; σ_i = mean_r e_{r,i}².
+///   ratios of the last iteration, ratios 1 at first; σ_i = mean_r e_{r,i}².
 /// - NoiseForm::full: minimises mean_r e_rᵀ Σ⁻¹ e_r for the Σ of the last iteration, Σ = C(0) at first; Σ =
-/// mean_r e_r e_rᵀ.
-///   Turning the planes by any regular matrix turns the model with them.
+///   mean_r e_r e_rᵀ. Turning the planes by any regular matrix turns the model with them.
 ///
 /// Either way, in the planes z = R⁻¹ Y with R Rᵀ = Σ the unknowns are P_s = R⁻¹ A_s R with P_{−s} = P_sᵀ, so
 /// that an iteration is one symmetric least-squares problem in lag covariances. A field of this model makes
@@ -39,8 +37,7 @@ struct MrfEstimate {
 /// \param offsets  s and −s both
 /// \param active   per-pair sets, with (s, i, j) also (−s, j, i); NoiseForm::diagonal only; empty = all
 /// \throws InputError as fit_sar(), and for supports or per-pair sets that are not symmetric, per-pair sets
-/// with full noise,
-///         more unknowns than fit into memory
+///     with full noise, more unknowns than fit into memory
 [[nodiscard]] MrfEstimate fit_mmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
                                    const std::vector<Offset>& offsets,
                                    const std::vector<std::uint8_t>& active, NoiseForm noise,

@@ -162,7 +162,8 @@ class Problem {
                                            Index functions) {
         return sums_of_blocks(lattice.rows(), transform, functions);
     }
-    /// Calls visit(block, m, Q⁻¹ or rubbish) for every row m. \return mean ln det Q, nothing when indefinite
+    /// Calls visit(block, m, Q⁻¹ or rubbish) for every row m.
+    /// \return mean ln det Q, nothing when indefinite
     template <class Visit>
     static std::optional<double> sweep(const HermitianPolynomial& q, const Lattice& lattice, bool invert,
                                        const Visit& visit) {

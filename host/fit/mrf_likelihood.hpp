@@ -43,14 +43,14 @@ struct MrfLikelihoodFit {
 };
 
 /// MMRF by damped Newton steps on the convex problem
-///   min tr(Q_0 C(0)) − 2 Σ_{s in half} tr(Q_s C(s)ᵀ) − mean_t ln det Q_t,  Q_t = Σ⁻¹ Λ_t = Q_0 − Σ_s Q_s
-///   e^{iω·s},
+///   min tr(Q_0 C(0)) − 2 Σ_{s in half} tr(Q_s C(s)ᵀ) − mean_t ln det Q_t,
+///   Q_t = Σ⁻¹ Λ_t = Q_0 − Σ_s Q_s e^{iω·s},
 /// the mean being the integral over all frequencies, on grids refined until it is one to the tolerance. At
 /// the optimum the model's covariances are the data's at every active pair of every lag of the support, and
 /// at lag 0 (Σ diagonal: the variances). Planes that repeat each other are told apart by white noise of 1e-8
 /// of the correlation's largest eigenvalue. Independent of the picture's size and of the number of threads.
 /// \throws InputError when the support is not symmetric, does not fit the statistic's box, or a plane is
-/// constant
+///     constant
 [[nodiscard]] MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind kind,
                                            const std::vector<Offset>& offsets,
                                            const std::vector<std::uint8_t>& active, NoiseForm noise,
@@ -59,15 +59,15 @@ struct MrfLikelihoodFit {
 /// PMRF, S_t = Λ⁻¹ R Λ R Λ⁻¹ with R = Σ^{1/2}, by descent of the Whittle likelihood
 ///   mean_t tr(Λ R⁻¹ Λ⁻¹ R⁻¹ Λ I_t) − mean_t ln det Λ_t + ln det Σ,
 /// the first mean over the picture's periodogram, the second an integral as for the MMRF. It is convex in the
-/// A_s for given R⁻¹ and convex in R⁻¹ for given A_s (X ᴴ Λ⁻¹ X is jointly convex in X and Λ, and X = R⁻¹ Λ
+/// A_s for given R⁻¹ and convex in R⁻¹ for given A_s (Xᴴ Λ⁻¹ X is jointly convex in X and Λ, and X = R⁻¹ Λ
 /// is linear in either), but not in both together: Newton's method on all unknowns at once, the second
 /// derivatives between the two groups scaled down as far as it takes to make the Hessian positive definite.
 /// Start, always valid: independent single-plane fields (each a convex problem) of the KLT planes for full
 /// noise, which turned back are a PMRF whose Σ commutes with C(0), and of the picture's own planes for
 /// diagonal noise. A PMRF keeps its form under rotations of the planes only, so strongly correlated planes
 /// ask for full noise. With one plane PMRF and MMRF are the same Gaussian field, and so are the fits;
-/// `periodogram` is then not read. \throws InputError as fit_mmrf_ml, and when the periodogram has other
-/// planes than the statistic
+/// `periodogram` is then not read.
+/// \throws InputError as fit_mmrf_ml, and when the periodogram has other planes than the statistic
 [[nodiscard]] MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic,
                                            const FoldedPeriodogram& periodogram, NeighbourhoodKind kind,
                                            const std::vector<Offset>& offsets,

@@ -19,7 +19,8 @@ enum class Sweep {
 };
 
 /// Calls visit(block, m, inverse, polynomial) for every row m of the grid, from several threads at a time;
-/// rows of one block one after another. \return mean ln det, nothing when indefinite somewhere
+/// rows of one block one after another.
+/// \return mean ln det, nothing when indefinite somewhere
 template <class Visit>
 std::optional<double> sweep_rows(const HermitianPolynomial& polynomial, const FrequencyGrid& grid,
                                  const Waves& waves, Sweep kind, const Visit& visit) {

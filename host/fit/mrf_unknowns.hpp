@@ -29,7 +29,8 @@ struct HalfSupport {
     Offset reach;                       ///< largest |row|, |column|
 };
 /// \throws InputError when the support is empty, lacks −s for some s, repeats an offset or holds the centre,
-/// when an offset does not fit the statistic's box, or when the pairs of s and −s do not mirror each other
+///     when an offset does not fit the statistic's box, or when the pairs of s and −s do not mirror each
+///     other
 [[nodiscard]] HalfSupport half_support(const LagCovariance& statistic, const std::vector<Offset>& offsets,
                                        const std::vector<std::uint8_t>& active, const char* asked);
 

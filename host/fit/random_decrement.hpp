@@ -15,9 +15,9 @@ namespace btfield {
 /// Random decrement signature (P4 eq. 15, 17): the mean of y_i(r ⊕ s) − μ_i over the pixels r of the torus
 /// that are significant for (i, j), at [(s·d + i)·d + j]. Significant for (i, j): plane j is above its ξ at
 /// r, plane i is below its own at neighbours of r, as the rule says. So it is the response of plane i to an
-/// impulse in plane j; P4 writes the two indices the other way round. \param statistic of the same level:
-/// means and C(0) set the thresholds \throws InputError naming ξ when no pixel is significant for some pair,
-/// or when it is not a number
+/// impulse in plane j; P4 writes the two indices the other way round.
+/// \param statistic of the same level: means and C(0) set the thresholds
+/// \throws InputError naming ξ when no pixel is significant for some pair, or when it is not a number
 [[nodiscard]] std::vector<double> random_decrement(const Image& level, const LagCovariance& statistic,
                                                    const std::vector<Offset>& offsets,
                                                    const MaOptions& options);
@@ -25,10 +25,10 @@ namespace btfield {
 /// Moving average of the level: A_s the random decrement signature at the offsets and the centre, Σ_e such
 /// that Σ_s A_s Σ_e A_sᵀ = C(0). Where no positive semidefinite Σ_e does that (or none of the asked form),
 /// the nearest solution with its negative eigenvalues set to 0, and each plane's coefficients scaled such
-/// that its variance is right. \param offsets  where an impulse shows; the centre may be among them and is
-/// added where it is not \throws InputError when ξ leaves no significant pixel, a plane is constant, an
-/// offset is repeated, or
-///         picture and statistic differ in size or planes
+/// that its variance is right.
+/// \param offsets  where an impulse shows; the centre may be among them and is added where it is not
+/// \throws InputError when ξ leaves no significant pixel, a plane is constant, an offset is repeated, or
+///     picture and statistic differ in size or planes
 [[nodiscard]] MaModel fit_ma(const Image& level, const LagCovariance& statistic, NeighbourhoodKind kind,
                              const std::vector<Offset>& offsets, NoiseForm noise,
                              const MaOptions& options = {});

@@ -36,9 +36,9 @@ struct SarLikelihoodFit {
 /// Reads the data through the lag covariances alone. Planes that repeat each other are told apart by white
 /// noise of 1e-8 of the correlation's largest eigenvalue. Descents start from white noise, then, as long as
 /// they end at zeros of det Λ, from causal models; the last one goes through valid models only, so that its
-/// end is valid but perhaps no optimum. \throws InputError as fit_sar() does, and for per-pair sets with full
-/// noise unless every equation's sets hold those of the equations above it: Σ^{-1/2} Λ has no zeros to keep
-/// then
+/// end is valid but perhaps no optimum.
+/// \throws InputError as fit_sar() does, and for per-pair sets with full noise unless every equation's sets
+///     hold those of the equations above it: Σ^{-1/2} Λ has no zeros to keep then
 [[nodiscard]] SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
                                                   const std::vector<Offset>& offsets,
                                                   const std::vector<std::uint8_t>& active, NoiseForm noise,

@@ -19,8 +19,9 @@ struct PictureCodec {
 };
 
 /// The codecs, loaded by the first call in the process, from any thread, and kept until its end. A static
-/// btfield has them inside. \param asked  what the caller wanted, for the message \throws InputError when the
-/// module cannot be loaded
+/// btfield has them inside.
+/// \param asked  what the caller wanted, for the message
+/// \throws InputError when the module cannot be loaded
 [[nodiscard]] const PictureCodec& picture_codec(const std::string& asked);
 
 }  // namespace btfield

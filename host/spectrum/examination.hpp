@@ -8,8 +8,8 @@ namespace btfield {
 /// A certificate with what else its evaluations give.
 struct Examination {
     Certificate certificate;
-    double log_determinant =
-        0.0;  ///< mean ln |det Λ| over the torus; meaningful when the certificate is valid
+    /// Mean ln |det Λ| over the torus; meaningful when the certificate is valid.
+    double log_determinant = 0.0;
     /// Side of a frequency grid over which sums are integrals to about a percent, so far as any up to 512 is.
     int grid = 0;
 };

@@ -28,7 +28,8 @@ class InverseSpectrum {
         Eigen::VectorXd variance;      ///< diagonal of P = mean_t B_t⁻¹ B_t⁻ᴴ
         bool positive = true;          ///< Re det B_t > 0 everywhere
     };
-    /// Evaluates B and keeps B⁻¹. \param b entry (i, j) of b_s at [(s·d + i)·d + j]
+    /// Evaluates B and keeps B⁻¹.
+    /// \param b entry (i, j) of b_s at [(s·d + i)·d + j]
     Value evaluate(const Eigen::VectorXd& b);
 
     /// Fills complex fields of one row of frequencies from B⁻¹ there: rows 2k and 2k + 1 are the real and

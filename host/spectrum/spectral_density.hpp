@@ -113,8 +113,8 @@ struct SpectralMeans {
     const std::function<void(int m, const SpectralRow& row)>& visit = {});
 
 /// Covariances of the field on a torus of this size: C_ij(s) = mean_t Re(conj(S_ij(t)) e^{iω_t·s}) over its
-/// own frequencies, zero frequency included. A large grid gives those of the infinite lattice. \throws
-/// InputError when a side is < 1 or the box negative
+/// own frequencies, zero frequency included. A large grid gives those of the infinite lattice.
+/// \throws InputError when a side is < 1 or the box negative
 [[nodiscard]] LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box);
 
 /// The same of all modelled planes of a level: those of a 2D level's parts are independent of each other.

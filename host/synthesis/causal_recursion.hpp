@@ -11,7 +11,7 @@
 namespace btfield {
 
 /// \throws InputError when the support is not causal, the recursion is not stable or an offset is too long:
-/// the message says where it grows and what to do
+///     the message says where it grows and what to do
 void check_recursion(const LinearField& field);
 
 class CausalRecursion {

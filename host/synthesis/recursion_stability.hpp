@@ -13,8 +13,8 @@ namespace btfield {
 /// The recursion y(r) = Σ_s A_s y(r + s) + e(r) with a non-symmetric half-plane support is stable (bounded
 /// noise gives a bounded field) iff
 ///   (1) the recursion along a row on its own is: det(I − Σ_{s1 = 0} A_s z^{|s2|}) has no zero in |z| <= 1,
-///   and (2) for every column frequency ω2 the recursion from row to row is: with P_m(ω2) = Σ_{s1 = −m} A_s
-///   e^{√−1 ω2 s2},
+///   and (2) for every column frequency ω2 the recursion from row to row is: with
+///       P_m(ω2) = Σ_{s1 = −m} A_s e^{√−1 ω2 s2},
 ///       det(I − P_0(ω2) − Σ_{m > 0} P_m(ω2) z^m) has no zero in |z| <= 1
 /// (Ekstrom and Woods 1976; Huang 1972 for the quarter-plane). Both are eigenvalues of companion matrices.
 struct RecursionStability {
