@@ -15,12 +15,11 @@ BEGIN {
     if (count == 0) defect("CMakeLists.txt", 1, "no BTFIELD_ROOMS", "the order of the rooms is read from there")
     for (k = 1; k <= count; ++k) rank[room_list[k]] = k
 
-    # The room of btfield/X.hpp is that of X.cpp, or that of its name; a header without either may be included by all.
-    while (("ls host/*/*.cpp" | getline line) > 0) {
-        split(line, part, "/")
-        stem = part[3]
-        sub(/\.cpp$/, "", stem)
-        if (part[2] != "cli") room_of_header[stem] = part[2]
+    # The room of btfield/X.hpp is that of the X.cpp which includes it, or that of its name. A header without either
+    # includes nothing but such headers, and all may include it.
+    while (("grep -H '^#include \"btfield/' host/*/*.cpp" | getline line) > 0) {
+        split(line, part, /[\/:".]+/)  # host ROOM X cpp #include btfield HEADER hpp
+        if (part[2] != "cli" && part[3] == part[7]) room_of_header[part[3]] = part[2]
     }
     for (k in rank) if (k != "cli") room_of_header[k] = k
 
