@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "btfield/certificate.hpp"
 #include "btfield/error.hpp"
 #include "btfield/fit.hpp"
 #include "host/spectrum/spectral_density.hpp"
