@@ -11,6 +11,9 @@
 #include "host/synthesis/independent_planes.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 constexpr Size size{512, 512};
@@ -27,7 +30,7 @@ void add_causal_recursion() {
                 std::unique_ptr<CausalRecursion> recursion;
                 Buffer keys, images;
             };
-            Device::Impl& impl = device().impl();
+            DeviceImpl& impl = device().impl();
             auto state = std::make_shared<State>();
             const TextureModel fitted = model(order, 1);
             state->recursion = std::make_unique<CausalRecursion>(

@@ -12,6 +12,9 @@
 #include "host/synthesis/independent_planes.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 constexpr Size size{512, 512};
@@ -29,7 +32,7 @@ void add_case(const std::string& name, bool draw) {
             std::unique_ptr<Convolution> convolution;
             Buffer keys, noise, images;
         };
-        Device::Impl& impl = device().impl();
+        DeviceImpl& impl = device().impl();
         auto state = std::make_shared<State>();
         const MaModel model = fitted();
         const std::vector<double> mean(static_cast<std::size_t>(model.planes));

@@ -13,6 +13,9 @@
 #include "host/experiment/config_text.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -8,6 +8,9 @@
 #include "host/cl/device_impl.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 struct State {
@@ -24,7 +27,7 @@ Work work(Size size, int planes) {
 
 void add_case(const std::string& name, FftBackend backend, bool inverse, Size size, int planes) {
     add(name, [=] {
-        Device::Impl& impl = device().impl();
+        DeviceImpl& impl = device().impl();
         const std::size_t bytes = spectrum_floats(size, planes) * sizeof(float);
         const std::vector<float> zero(
             std::max(spectrum_floats(size, planes), area(size) * static_cast<std::size_t>(planes)));

@@ -7,6 +7,9 @@
 #include "host/synthesis/spectral_factors.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 constexpr Size size{2048, 2048};
@@ -25,7 +28,7 @@ void add_noise() {
         struct State {
             Buffer out, keys;
         };
-        Device::Impl& impl = device().impl();
+        DeviceImpl& impl = device().impl();
         auto state = std::make_shared<State>(State{impl.buffer(area(size) * planes * sizeof(float)),
                                                    impl.upload(std::vector<cl_uint2>{{{1, 0}}})});
         return std::pair(work(), std::function<void()>([&impl, state] {

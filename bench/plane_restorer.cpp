@@ -9,6 +9,9 @@
 #include "bench/report.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 constexpr Size size{512, 512};

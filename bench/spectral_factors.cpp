@@ -13,6 +13,9 @@
 #include "host/synthesis/spectral_factors.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 constexpr Size size{512, 512};
@@ -32,7 +35,7 @@ void add_case(const std::string& name, bool draw, double budget) {
             Spectrum spectrum;
             Buffer keys;
         };
-        Device::Impl& impl = device().impl();
+        DeviceImpl& impl = device().impl();
         auto state = std::make_shared<State>();
         state->fitted = model(order, 1);
         const LinearField& field = linear_field(state->fitted.levels.front().models.front());

@@ -12,6 +12,9 @@
 #include "host/cl/device_impl.hpp"
 
 namespace btfield::bench {
+
+using namespace detail;
+
 namespace {
 
 using Complex = std::complex<float>;
@@ -58,12 +61,12 @@ struct Matrices {
 struct OnDevice {
     Buffer re, im, root, out_re, out_im;
     explicit OnDevice(const Matrices& m) {
-        Device::Impl& impl = device().impl();
+        DeviceImpl& impl = device().impl();
         re = impl.upload(m.re), im = impl.upload(m.im), root = impl.upload(m.root);
         out_re = impl.buffer(m.re.size() * sizeof(float)), out_im = impl.buffer(m.re.size() * sizeof(float));
     }
     void run(const char* name, int factor, const Matrices& m) const {
-        Device::Impl& impl = device().impl();
+        DeviceImpl& impl = device().impl();
         BuildParameters parameters = impl.lanes();
         parameters.set("BTFIELD_PLANES", static_cast<int>(m.d)).set("BTFIELD_FACTOR", factor);
         impl.launch(impl.kernel("spectral_root", name, parameters),

@@ -1,6 +1,6 @@
 # Turns the .cl and .clh files of kernels/ into one C++ source, so that no file is looked up at run time.
 #
-# btfield_embed_kernels(OUTPUT FILE...): OUTPUT defines btfield::embedded_kernel(name). Includes are resolved
+# btfield_embed_kernels(OUTPUT FILE...): OUTPUT defines embedded_kernel(name). Includes are resolved
 # here, from kernels/; #line directives make build logs point at the .cl file and line.
 
 set(_BTFIELD_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_FILE})
@@ -49,7 +49,7 @@ if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
     endfunction()
 
     set(code "// Generated from kernels/ by cmake/embed_kernels.cmake.\n#include \"host/cl/embedded_kernels.hpp\"\n\n")
-    string(APPEND code "namespace btfield {\n\nstd::string_view embedded_kernel(std::string_view name) {\n")
+    string(APPEND code "namespace btfield::detail {\n\nstd::string_view embedded_kernel(std::string_view name) {\n")
     foreach(file IN LISTS files)
         if(NOT file MATCHES "\\.cl$")
             continue()
@@ -59,6 +59,6 @@ if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
         expand(${file} text)
         string(APPEND code "    if (name == \"${stem}\")\n        return R\"btfield_cl(${text})btfield_cl\";\n")
     endforeach()
-    string(APPEND code "    return {};\n}\n\n}  // namespace btfield\n")
+    string(APPEND code "    return {};\n}\n\n}  // namespace btfield::detail\n")
     file(WRITE ${OUTPUT} "${code}")
 endif()

@@ -1,13 +1,11 @@
-# Library, command, headers, CMake package and pkg-config file.
+# Libraries, command, headers, CMake package and pkg-config files.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS btfield EXPORT btfield_targets)
+install(TARGETS btfield btfield_experiment EXPORT btfield_targets)
 if(TARGET btfield_pictures)
     install(TARGETS btfield_pictures LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/btfield)
 endif()
-if(TARGET btfield_cli)
-    install(TARGETS btfield_cli)
-endif()
+install(TARGETS btfield_cli)
 install(DIRECTORY include/btfield TYPE INCLUDE)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/btfield)
@@ -20,5 +18,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/btfield-config.cmake ${CMAKE_CURRENT_B
         DESTINATION ${package_dir})
 
 file(RELATIVE_PATH PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)  # wherever the tree is moved to
-configure_file(cmake/btfield.pc.in ${CMAKE_CURRENT_BINARY_DIR}/btfield.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/btfield.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+foreach(name btfield btfield-experiment)
+    configure_file(cmake/${name}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
+    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endforeach()

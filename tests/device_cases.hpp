@@ -20,6 +20,8 @@
 
 namespace btfield {
 
+using namespace detail;
+
 /// How GoogleTest names a size.
 inline void PrintTo(const Size& size, std::ostream* out) {
     *out << size.height << " rows x " << size.width << " columns";

@@ -12,6 +12,8 @@
 
 namespace btfield::test {
 
+using namespace detail;
+
 /// A coloured texture with correlation along rows; another for every seed. PPM: needs no codec.
 inline void write_texture(const std::filesystem::path& path, unsigned seed, Size size = {32, 40}) {
     Image image(size, 3, ColourSpace::srgb);

@@ -7,7 +7,7 @@
 
 #include "btfield/pyramid.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -99,4 +99,4 @@ std::vector<double> expanded_covariance(const LagCovariance& level, int factor, 
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -7,7 +7,7 @@
 
 #include "btfield/lag_covariance.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Kernel e of `depth` expansions in a row, one axis: a level's value contributes e(r − n^depth q) to pixel
 /// r. Odd length, centred. depth = 0 is {1}.
@@ -23,4 +23,4 @@ namespace btfield {
 [[nodiscard]] std::vector<double> expanded_covariance(const LagCovariance& level, int factor, int depth,
                                                       std::span<const Offset> lags);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,6 +9,9 @@
 #include "host/analysis/lag_products.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using std::size_t;

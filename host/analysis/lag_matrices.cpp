@@ -1,6 +1,6 @@
 #include "host/analysis/lag_matrices.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 using Eigen::MatrixXd;
 
@@ -22,4 +22,4 @@ MatrixXd lag_matrix(const LagCovariance& statistic, Offset s) {
     return c;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -6,7 +6,7 @@
 
 #include "btfield/lag_covariance.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// C(0), symmetric to the last bit.
 [[nodiscard]] Eigen::MatrixXd lag_zero(const LagCovariance& statistic);
@@ -14,4 +14,4 @@ namespace btfield {
 /// C(s). Precondition: the statistic's box holds s.
 [[nodiscard]] Eigen::MatrixXd lag_matrix(const LagCovariance& statistic, Offset s);
 
-}  // namespace btfield
+}  // namespace btfield::detail

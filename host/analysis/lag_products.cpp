@@ -8,7 +8,7 @@
 
 #include "host/base/parallel.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -270,4 +270,4 @@ std::vector<double> lag_products(const Image& image, std::span<const double> mea
     return total;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

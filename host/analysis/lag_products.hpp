@@ -7,7 +7,7 @@
 
 #include "btfield/image.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Lags that share a row offset: s = (row, columns[k]), with 0 <= row < H and |columns[k]| < W.
 struct LagRow {
@@ -23,4 +23,4 @@ struct LagRow {
 [[nodiscard]] std::vector<double> lag_products(const Image& image, std::span<const double> means,
                                                std::span<const LagRow> lags);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -6,7 +6,7 @@
 
 #include "host/base/normal_distribution.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -125,4 +125,4 @@ std::vector<double> MappedCovariance::operator()(std::span<const double> covaria
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -7,7 +7,7 @@
 
 #include "btfield/marginals.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Knot k of n.
 [[nodiscard]] double knot(int k, int n);
@@ -53,4 +53,4 @@ class MappedCovariance {
     std::vector<Plane> planes_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

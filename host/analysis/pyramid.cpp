@@ -8,6 +8,8 @@
 
 namespace btfield {
 
+using namespace detail;
+
 namespace {
 
 std::vector<float> scaled(const std::vector<double>& weights, double scale) {
@@ -25,11 +27,11 @@ std::size_t vectors(int n, int width) {
     return static_cast<std::size_t>((n + width - 1) / width);
 }
 
-DevicePlanes upload(Device::Impl& device, const Image& image) {
+DevicePlanes upload(DeviceImpl& device, const Image& image) {
     return {device.upload(image.values()), image.size(), image.size(), image.planes()};
 }
 
-Image download(Device::Impl& device, const DevicePlanes& planes, ColourSpace space) {
+Image download(DeviceImpl& device, const DevicePlanes& planes, ColourSpace space) {
     Image image(planes.size, planes.planes, space);
     device.read(planes.values, image.values().data(), image.values().size_bytes());
     return image;
@@ -68,7 +70,7 @@ std::vector<double> pyramid_kernel(int factor) {
     return weights;
 }
 
-PyramidStages::PyramidStages(Device::Impl& device, int factor)
+PyramidStages::PyramidStages(DeviceImpl& device, int factor)
     : device_(&device),
       factor_(factor),
       reduce_weights_(device.upload(scaled(pyramid_kernel(factor), 1.0))),
@@ -129,7 +131,7 @@ std::vector<Image> decompose(Device& device, const Image& image, int levels, int
         result.push_back(image);
         return result;
     }
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     PyramidStages stages(impl, factor);
     DevicePlanes fine = upload(impl, image);
     while (static_cast<int>(result.size()) + 1 < levels) {
@@ -155,7 +157,7 @@ Image collapse(Device& device, const std::vector<Image>& levels, int factor) {
                                  std::to_string(sizes[k].height) + " with " +
                                  std::to_string(levels.front().planes()) + " planes");
     if (levels.size() == 1) return levels.front();
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     PyramidStages stages(impl, factor);
     DevicePlanes sum = upload(impl, levels.back());
     for (std::size_t k = levels.size() - 1; k-- > 0;)

@@ -6,7 +6,7 @@
 #include "btfield/image.hpp"
 #include "host/cl/device_impl.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Planes in device memory, [plane][row of lattice][column of lattice], of which `size` counts and wraps.
 struct DevicePlanes {
@@ -19,7 +19,7 @@ struct DevicePlanes {
 /// The kernels and weights of one reduction factor on one device.
 class PyramidStages {
   public:
-    PyramidStages(Device::Impl& device, int factor);
+    PyramidStages(DeviceImpl& device, int factor);
 
     /// ↓n(fine ⊗ w). `fine` must fill its lattice.
     [[nodiscard]] DevicePlanes reduce(const DevicePlanes& fine);
@@ -31,9 +31,9 @@ class PyramidStages {
   private:
     [[nodiscard]] cl::Kernel& kernel(const char* name);
 
-    Device::Impl* device_;
+    DeviceImpl* device_;
     int factor_;
     Buffer reduce_weights_, expand_weights_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -7,7 +7,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -89,4 +89,4 @@ std::vector<RankedPixel> ascending(std::span<const float> values, uint32_t strea
     return pixels;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// A pixel's value as a key whose unsigned order is the order of floats (−0 and +0 alike), and its place.
 struct RankedPixel {
@@ -23,4 +23,4 @@ struct RankedPixel {
 /// \throws InputError when there are more than 2³² pixels
 [[nodiscard]] std::vector<RankedPixel> ascending(std::span<const float> values, std::uint32_t stream);
 
-}  // namespace btfield
+}  // namespace btfield::detail

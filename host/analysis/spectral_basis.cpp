@@ -11,6 +11,9 @@
 #include "host/base/parallel.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Eigen::Index;

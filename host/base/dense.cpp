@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -139,4 +139,4 @@ Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& b) const {
     return x;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

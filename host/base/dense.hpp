@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace btfield {
+namespace btfield::detail {
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 /// Rows apart by any stride.
@@ -30,4 +30,4 @@ class Cholesky {
     bool positive_ = true;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

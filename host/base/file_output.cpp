@@ -12,7 +12,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -192,4 +192,4 @@ void check_output(const fs::path& target, const std::string& asked) {
     const FileOutput output(target, asked);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// A file under construction. The bytes go to temporary(), a hidden name in the target's folder, and commit()
 /// renames it over the target; without commit() the destructor removes it and the target stays as it was.
@@ -49,4 +49,4 @@ void write_file(const std::filesystem::path& target, std::string_view bytes, con
 /// Throws what FileOutput would throw for this target, and leaves nothing behind.
 void check_output(const std::filesystem::path& target, const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail

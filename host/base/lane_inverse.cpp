@@ -7,7 +7,7 @@
 
 #include "host/base/wide.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 using std::size_t;
 
@@ -155,4 +155,4 @@ double sum_of_logarithms(const double* values, size_t count) {
     return sum;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

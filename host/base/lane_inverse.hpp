@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Inverses and determinants of `lanes` matrices of planes × planes, [i][j][re, im][n]; the determinant is
 /// [re, im][n]. By the adjugate up to three planes. Not finite where a matrix is singular.
@@ -27,4 +27,4 @@ void add_scaled(double factor, const double* values, double* sum, std::size_t co
 /// sums += re² + im² of `lanes` complex values
 void add_squared_moduli(const double* values, double* sums, std::size_t lanes);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -62,4 +62,4 @@ VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
     return x;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Coefficients = std::array<double, 8>;
@@ -80,4 +80,4 @@ double normal_quantile(double u) {
     return q < 0.0 ? -x : x;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

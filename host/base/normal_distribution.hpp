@@ -2,7 +2,7 @@
 
 // The standard normal distribution, float64.
 
-namespace btfield {
+namespace btfield::detail {
 
 /// φ(x).
 [[nodiscard]] double normal_density(double x);
@@ -13,4 +13,4 @@ namespace btfield {
 /// Φ⁻¹(u) for 0 < u < 1, to 1e-15 relative (Wichura, Algorithm AS 241, PPND16).
 [[nodiscard]] double normal_quantile(double u);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 /// One call of for_each_block().
@@ -108,4 +108,4 @@ void run_blocks(int blocks, BlockWork work) {
     if (loop.failure) std::rethrow_exception(loop.failure);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

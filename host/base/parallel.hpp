@@ -2,7 +2,7 @@
 
 // Work shared among the machine's cores such that the result does not depend on how many there are.
 
-namespace btfield {
+namespace btfield::detail {
 
 /// What for_each_block() runs: `call(work, block)`.
 struct BlockWork {
@@ -22,4 +22,4 @@ void for_each_block(int blocks, const Work& work) {
     run_blocks(blocks, {&work, [](const void* of, int block) { (*static_cast<const Work*>(of))(block); }});
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

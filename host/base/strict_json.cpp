@@ -8,7 +8,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using nlohmann::json;
@@ -181,4 +181,4 @@ std::string printable(std::string_view text) {
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Parses JSON text, or CBOR when it begins like a CBOR map. Refuses what the usual parsers let pass:
 /// repeated keys, nesting beyond 16 levels, numbers that overflow, CBOR tags, indefinite lengths and byte
@@ -20,4 +20,4 @@ namespace btfield {
 /// bytes.
 [[nodiscard]] std::string printable(std::string_view text);
 
-}  // namespace btfield
+}  // namespace btfield::detail

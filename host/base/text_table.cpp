@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 /// Code points, which is what most scripts of names show as columns.
@@ -34,4 +34,4 @@ std::string table(const std::vector<std::vector<std::string>>& rows, std::string
     return text;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Columns as wide as their widest cell; the first row is the heading.
 /// \param alignment 'l' or 'r' per column; the last letter holds for all columns that follow
 [[nodiscard]] std::string table(const std::vector<std::vector<std::string>>& rows,
                                 std::string_view alignment);
 
-}  // namespace btfield
+}  // namespace btfield::detail

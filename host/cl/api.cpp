@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace btfield {
+namespace btfield::detail {
 
 std::string cl_error_name(int code) {
     struct Entry {
@@ -76,4 +76,4 @@ DeviceError device_error(const cl::Error& error, const std::string& where, const
                    : "check the driver with clinfo, or choose another device with --device"};
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

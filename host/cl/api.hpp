@@ -9,7 +9,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// "CL_OUT_OF_RESOURCES" for −5, and so on; "error N" for codes without a name.
 [[nodiscard]] std::string cl_error_name(int code);
@@ -28,4 +28,4 @@ decltype(auto) guarded(const std::string& where, const std::string& device, F&& 
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <new>
 
-namespace btfield {
+namespace btfield::detail {
 
 struct Buffer::Shelf {
     std::multimap<std::size_t, cl::Buffer> idle;
@@ -76,4 +76,4 @@ void BufferPool::clear() {
     shelf_->idle.clear();
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

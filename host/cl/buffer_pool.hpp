@@ -11,7 +11,7 @@
 
 #include "host/cl/api.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 class BufferPool;
 
@@ -57,4 +57,4 @@ class BufferPool {
     std::shared_ptr<Buffer::Shelf> shelf_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,6 +9,8 @@
 
 namespace btfield {
 
+using namespace detail;
+
 namespace {
 
 std::filesystem::path cache_folder(const DeviceOptions& options) {
@@ -37,14 +39,14 @@ int lanes_for(const DeviceInfo& info, int asked) {
 
 }  // namespace
 
-struct Device::Impl::Choice {
+struct DeviceImpl::Choice {
     DeviceCandidate candidate;
 };
 
-Device::Impl::Impl(std::string_view spec, const DeviceOptions& options)
-    : Impl(Choice{choose_device(spec)}, options) {}
+DeviceImpl::DeviceImpl(std::string_view spec, const DeviceOptions& options)
+    : DeviceImpl(Choice{choose_device(spec)}, options) {}
 
-Device::Impl::Impl(const Choice& choice, const DeviceOptions& options)
+DeviceImpl::DeviceImpl(const Choice& choice, const DeviceOptions& options)
     : info_(choice.candidate.info),
       options_(options),
       vector_width_(lanes_for(info_, options.vector_width)),
@@ -61,7 +63,7 @@ Device::Impl::Impl(const Choice& choice, const DeviceOptions& options)
       programs_(context_, device_, cache_folder(options)),
       pool_(context_, info_.name, largest_allocation_) {}
 
-Device::Impl::~Impl() {
+DeviceImpl::~DeviceImpl() {
     try {
         queue_.finish();
     } catch (const cl::Error&) {
@@ -69,7 +71,7 @@ Device::Impl::~Impl() {
     }
 }
 
-void Device::Impl::write(const Buffer& target, const void* source, std::size_t bytes, std::size_t offset) {
+void DeviceImpl::write(const Buffer& target, const void* source, std::size_t bytes, std::size_t offset) {
     if (offset > target.bytes() || bytes > target.bytes() - offset)
         throw DeviceError("write to device memory", "the copy ends after the buffer", "report this defect");
     if (bytes == 0) return;  // OpenCL has no empty copies; a model without offsets has empty tables
@@ -77,7 +79,7 @@ void Device::Impl::write(const Buffer& target, const void* source, std::size_t b
             [&] { queue_.enqueueWriteBuffer(target.handle(), CL_TRUE, offset, bytes, source); });
 }
 
-void Device::Impl::read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset) {
+void DeviceImpl::read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset) {
     if (offset > source.bytes() || bytes > source.bytes() - offset)
         throw DeviceError("read device memory", "the copy begins or ends outside the buffer",
                           "report this defect");
@@ -86,19 +88,19 @@ void Device::Impl::read(const Buffer& source, void* target, std::size_t bytes, s
             [&] { queue_.enqueueReadBuffer(source.handle(), CL_TRUE, offset, bytes, target); });
 }
 
-void Device::Impl::finish() {
+void DeviceImpl::finish() {
     guarded("wait for the device", info_.name, [&] { queue_.finish(); });
 }
 
-void Device::Impl::flush() {
+void DeviceImpl::flush() {
     guarded("start the device", info_.name, [&] { queue_.flush(); });
 }
 
-std::string Device::Impl::kernel_name(const cl::Kernel& kernel) {
+std::string DeviceImpl::kernel_name(const cl::Kernel& kernel) {
     return kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
 }
 
-void Device::Impl::enqueue(cl::Kernel& kernel, cl_uint arguments, const Range& global, Grain grain) {
+void DeviceImpl::enqueue(cl::Kernel& kernel, cl_uint arguments, const Range& global, Grain grain) {
     const auto refuse = [&](const std::string& found) {
         throw DeviceError("launch kernel '" + kernel_name(kernel) + "' on device '" + info_.name + "'", found,
                           "report this defect");
@@ -132,12 +134,12 @@ void Device::Impl::enqueue(cl::Kernel& kernel, cl_uint arguments, const Range& g
     });
 }
 
-void Device::Impl::record(std::string label, cl::Event event) {
+void DeviceImpl::record(std::string label, cl::Event event) {
     ++launches_;
     if (options_.profile) events_.emplace_back(std::move(label), std::move(event));
 }
 
-std::vector<ProfileEntry> Device::Impl::take_profile() {
+std::vector<ProfileEntry> DeviceImpl::take_profile() {
     finish();
     std::map<std::string, ProfileEntry> sums;
     guarded("read launch times", info_.name, [&] {
@@ -159,7 +161,7 @@ std::vector<ProfileEntry> Device::Impl::take_profile() {
 }
 
 Device::Device(std::string_view spec, const DeviceOptions& options)
-    : impl_(std::make_unique<Impl>(spec, options)) {}
+    : impl_(std::make_unique<DeviceImpl>(spec, options)) {}
 Device::~Device() = default;
 Device::Device(Device&&) noexcept = default;
 Device& Device::operator=(Device&&) noexcept = default;
@@ -175,7 +177,7 @@ std::vector<ProfileEntry> Device::take_profile() {
 std::uint64_t Device::launch_count() const {
     return impl_->launch_count();
 }
-Device::Impl& Device::impl() {
+DeviceImpl& Device::impl() {
     return *impl_;
 }
 

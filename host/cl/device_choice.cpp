@@ -8,6 +8,8 @@
 #include <vector>
 
 namespace btfield {
+
+using namespace detail;
 namespace {
 
 DeviceType type_of(const cl::Device& device) {
@@ -89,7 +91,7 @@ bool matches(const DeviceCandidate& c, const std::string& spec) {
 
 }  // namespace
 
-DeviceCandidate choose_device(std::string_view asked) {
+DeviceCandidate detail::choose_device(std::string_view asked) {
     std::string spec(asked);
     std::string origin = "--device";
     if (spec.empty()) {

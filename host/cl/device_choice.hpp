@@ -8,7 +8,7 @@
 #include "btfield/device.hpp"
 #include "host/cl/api.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// A device of this machine, as the driver and as list_devices() know it.
 struct DeviceCandidate {
@@ -20,4 +20,4 @@ struct DeviceCandidate {
 /// \throws DeviceError when there is none
 [[nodiscard]] DeviceCandidate choose_device(std::string_view asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -15,7 +15,7 @@
 #include "host/cl/fft.hpp"
 #include "host/cl/program.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Work-items of a launch along up to three dimensions. Kernels check their bounds along dimension 0, which
 /// is rounded up to the local size.
@@ -29,12 +29,12 @@ enum class Grain {
     coarse,  ///< a whole row with private arrays: one work-item per work-group on CPUs
 };
 
-class Device::Impl {
+class DeviceImpl {
   public:
-    Impl(std::string_view spec, const DeviceOptions& options);
-    ~Impl();
-    Impl(const Impl&) = delete;
-    Impl& operator=(const Impl&) = delete;
+    DeviceImpl(std::string_view spec, const DeviceOptions& options);
+    ~DeviceImpl();
+    DeviceImpl(const DeviceImpl&) = delete;
+    DeviceImpl& operator=(const DeviceImpl&) = delete;
 
     [[nodiscard]] const DeviceInfo& info() const { return info_; }
     [[nodiscard]] const DeviceOptions& options() const { return options_; }
@@ -94,13 +94,13 @@ class Device::Impl {
     /// what they compile at the first launch, and fills the buffer pool, without doing the work.
     class Rehearsal {
       public:
-        explicit Rehearsal(Impl& device) : device_(&device) { device_->rehearsing_ = true; }
+        explicit Rehearsal(DeviceImpl& device) : device_(&device) { device_->rehearsing_ = true; }
         ~Rehearsal() { device_->rehearsing_ = false; }
         Rehearsal(const Rehearsal&) = delete;
         Rehearsal& operator=(const Rehearsal&) = delete;
 
       private:
-        Impl* device_;
+        DeviceImpl* device_;
     };
     [[nodiscard]] bool rehearsing() const { return rehearsing_; }
     /// Adds an event of a library call (clFFT) to the profile.
@@ -108,7 +108,7 @@ class Device::Impl {
 
   private:
     struct Choice;
-    explicit Impl(const Choice& choice, const DeviceOptions& options);
+    explicit DeviceImpl(const Choice& choice, const DeviceOptions& options);
     static const cl::Buffer& argument(const Buffer& buffer) { return buffer.handle(); }
     template <class T>
     static const T& argument(const T& value) {
@@ -132,4 +132,4 @@ class Device::Impl {
     bool rehearsing_ = false;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -2,9 +2,9 @@
 
 #include <string_view>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Source of kernels/NAME.cl with its includes in place; empty when there is none.
 [[nodiscard]] std::string_view embedded_kernel(std::string_view name);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 
 #include "host/cl/device_impl.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 namespace {
 
@@ -34,7 +34,7 @@ std::size_t groups(int n, int step) {
     return static_cast<std::size_t>((n + step - 1) / step);
 }
 
-BuildParameters transform_parameters(const Device::Impl& device, int length, int sign) {
+BuildParameters transform_parameters(const DeviceImpl& device, int length, int sign) {
     int room = 64;
     while (room < length) room *= 4;
     BuildParameters parameters = device.lanes();
@@ -46,13 +46,13 @@ BuildParameters transform_parameters(const Device::Impl& device, int length, int
 /// kernels/fft.cl.
 class LaneFft : public Fft {
   public:
-    LaneFft(Device::Impl& device, Size size)
+    LaneFft(DeviceImpl& device, Size size)
         : size_(size),
           pitch_x_((size.width + 31) / 32 * 32),
           roots_x_(device.upload(roots_of_unity(size.width))),
           roots_y_(device.upload(roots_of_unity(size.height))) {}
 
-    void inverse(Device::Impl& device, Spectrum& spectrum, Buffer& images, int planes) override {
+    void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) override {
         const int width = device.vector_width();
         Buffer re = device.buffer(mid_bytes(planes)), im = device.buffer(mid_bytes(planes));
         const auto count = static_cast<std::size_t>(planes);
@@ -64,7 +64,7 @@ class LaneFft : public Fft {
                       size_.height, size_.width, pitch_x_);
     }
 
-    void forward(Device::Impl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
+    void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
         const int width = device.vector_width();
         Buffer re = device.buffer(mid_bytes(planes)), im = device.buffer(mid_bytes(planes));
         const auto count = static_cast<std::size_t>(planes);
@@ -80,7 +80,7 @@ class LaneFft : public Fft {
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
 
   private:
-    static cl::Kernel& kernel(Device::Impl& device, const char* name, int length, int sign) {
+    static cl::Kernel& kernel(DeviceImpl& device, const char* name, int length, int sign) {
         return device.kernel("fft", name, transform_parameters(device, length, sign));
     }
     [[nodiscard]] std::size_t mid_bytes(int planes) const {
@@ -93,7 +93,7 @@ class LaneFft : public Fft {
     Buffer roots_x_, roots_y_;
 };
 
-void check_clfft(clfftStatus status, const char* call, const Device::Impl& device) {
+void check_clfft(clfftStatus status, const char* call, const DeviceImpl& device) {
     if (status != CLFFT_SUCCESS)
         throw DeviceError(std::string("transform with clFFT on device '") + device.info().name + "'",
                           std::string(call) + " failed with " + cl_error_name(static_cast<int>(status)),
@@ -101,7 +101,7 @@ void check_clfft(clfftStatus status, const char* call, const Device::Impl& devic
 }
 
 /// clFFT keeps one table of plans a process; it is set up with the first plan and torn down at exit.
-void set_up_clfft(const Device::Impl& device) {
+void set_up_clfft(const DeviceImpl& device) {
     struct Library {
         clfftStatus status = CLFFT_SUCCESS;
         Library() {
@@ -118,14 +118,14 @@ void set_up_clfft(const Device::Impl& device) {
 /// clFFT, half along its fastest axis: our ky. Its images come out column by column and are transposed.
 class ClFft : public Fft {
   public:
-    ClFft(Device::Impl& device, Size size) : size_(size) { set_up_clfft(device); }
+    ClFft(DeviceImpl& device, Size size) : size_(size) { set_up_clfft(device); }
     ~ClFft() override {
         for (auto& [key, plan] : plans_) clfftDestroyPlan(&plan);
     }
     ClFft(const ClFft&) = delete;
     ClFft& operator=(const ClFft&) = delete;
 
-    void inverse(Device::Impl& device, Spectrum& spectrum, Buffer& images, int planes) override {
+    void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) override {
         Buffer columns = device.buffer(image_bytes(planes));
         cl_mem in[2] = {spectrum.re.handle()(), spectrum.im.handle()()};
         cl_mem out[1] = {columns.handle()()};
@@ -135,7 +135,7 @@ class ClFft : public Fft {
                       Grain::coarse, columns, images, size_.height, size_.width);
     }
 
-    void forward(Device::Impl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
+    void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
         Buffer columns = device.buffer(image_bytes(planes));
         device.launch(transpose(device),
                       {groups(size_.height, 16), groups(size_.width, 16), static_cast<std::size_t>(planes)},
@@ -153,11 +153,11 @@ class ClFft : public Fft {
     [[nodiscard]] std::size_t image_bytes(int planes) const {
         return sizeof(float) * static_cast<std::size_t>(planes) * area(size_);
     }
-    static cl::Kernel& transpose(Device::Impl& device) {
+    static cl::Kernel& transpose(DeviceImpl& device) {
         return device.kernel("fft", "transpose_planes", transform_parameters(device, 1, 1));
     }
 
-    void run(Device::Impl& device, int planes, clfftDirection direction, cl_mem* in, cl_mem* out,
+    void run(DeviceImpl& device, int planes, clfftDirection direction, cl_mem* in, cl_mem* out,
              const char* label) {
         clfftPlanHandle& handle = plan(device, planes, direction);
         if (device.rehearsing()) return;
@@ -175,7 +175,7 @@ class ClFft : public Fft {
         device.record(label, event);
     }
 
-    clfftPlanHandle& plan(Device::Impl& device, int planes, clfftDirection direction) {
+    clfftPlanHandle& plan(DeviceImpl& device, int planes, clfftDirection direction) {
         const auto key = std::pair(planes, direction);
         if (const auto found = plans_.find(key); found != plans_.end()) return found->second;
         const std::size_t height = static_cast<std::size_t>(size_.height),
@@ -223,14 +223,14 @@ int next_fft_size(int n) {
 FftPlans::FftPlans() = default;
 FftPlans::~FftPlans() = default;
 
-FftBackend FftPlans::resolve(const Device::Impl& device, Size size, FftBackend backend) {
+FftBackend FftPlans::resolve(const DeviceImpl& device, Size size, FftBackend backend) {
     // clFFT's real transforms need two rows and columns to work with.
     if (size.height < 4 || size.width < 4) return FftBackend::lanes;
     if (backend != FftBackend::automatic) return backend;
     return device.is_cpu() ? FftBackend::lanes : FftBackend::clfft;
 }
 
-Fft& FftPlans::plan(Device::Impl& device, Size size, FftBackend backend) {
+Fft& FftPlans::plan(DeviceImpl& device, Size size, FftBackend backend) {
     if (size.height < 1 || size.width < 1 || !transformable(size.height) || !transformable(size.width))
         throw DeviceError(
             "plan a " + std::to_string(size.width) + "x" + std::to_string(size.height) + " transform",
@@ -246,4 +246,4 @@ Fft& FftPlans::plan(Device::Impl& device, Size size, FftBackend backend) {
     return *entry;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -17,7 +17,7 @@
 #include "btfield/image.hpp"
 #include "host/cl/buffer_pool.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Largest prime factor that both back ends transform.
 inline constexpr int fft_largest_prime = 13;
@@ -47,9 +47,9 @@ class Fft {
   public:
     virtual ~Fft() = default;
     /// Spectrum → images. The spectrum's content is lost.
-    virtual void inverse(Device::Impl& device, Spectrum& spectrum, Buffer& images, int planes) = 0;
+    virtual void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) = 0;
     /// Images → spectrum; padding rows of ky are left undefined.
-    virtual void forward(Device::Impl& device, const Buffer& images, Spectrum& spectrum, int planes) = 0;
+    virtual void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) = 0;
     /// Bytes of device memory that a call with this many planes takes beside its arguments.
     [[nodiscard]] virtual std::size_t scratch_bytes(int planes) const = 0;
 };
@@ -60,12 +60,12 @@ class FftPlans {
     FftPlans();
     ~FftPlans();
     /// \throws DeviceError when a side has a prime factor over 13 (use next_fft_size first).
-    Fft& plan(Device::Impl& device, Size size, FftBackend backend);
+    Fft& plan(DeviceImpl& device, Size size, FftBackend backend);
     /// The back end that `automatic` means for this device and size.
-    [[nodiscard]] static FftBackend resolve(const Device::Impl& device, Size size, FftBackend backend);
+    [[nodiscard]] static FftBackend resolve(const DeviceImpl& device, Size size, FftBackend backend);
 
   private:
     std::map<std::tuple<int, int, FftBackend>, std::unique_ptr<Fft>> plans_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -12,7 +12,7 @@
 
 #include "host/cl/embedded_kernels.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 namespace {
 
@@ -203,4 +203,4 @@ void ProgramCache::store(const std::string& key, const cl::Program& program) con
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

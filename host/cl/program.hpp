@@ -11,7 +11,7 @@
 
 #include "host/cl/api.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// -D definitions that a program is built with, in a fixed order so that equal sets share a cache key.
 class BuildParameters {
@@ -68,4 +68,4 @@ class ProgramCache {
     Statistics statistics_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -14,6 +14,8 @@
 
 namespace btfield::cli {
 
+using detail::table;
+
 /// Keeps the order in which keys are set.
 using Json = nlohmann::ordered_json;
 

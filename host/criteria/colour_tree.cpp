@@ -9,7 +9,7 @@
 
 #include "host/base/parallel.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -289,4 +289,4 @@ void ColourTree::clear_changes() {
     changes_.boxes.clear();
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -11,7 +11,7 @@
 
 #include "btfield/memd.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Colours in units 0…255, [pixel][plane], pixels in raster order.
 struct Colours {
@@ -114,4 +114,4 @@ class ColourTree {
 [[nodiscard]] std::vector<ColourTree::Search> colour_searches(Metric metric, int planes);
 [[nodiscard]] std::vector<ColourTree::Tighten> box_updates();
 
-}  // namespace btfield
+}  // namespace btfield::detail

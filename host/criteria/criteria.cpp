@@ -14,6 +14,8 @@
 
 namespace btfield {
 
+using namespace detail;
+
 namespace {
 
 void check_comparable(const Image& a, const Image& b) {

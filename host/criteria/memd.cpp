@@ -13,6 +13,9 @@
 #include "host/criteria/memd_search.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 constexpr double units = 255.0;
@@ -89,7 +92,7 @@ double memd_max(Metric metric, int planes) {
     }
 }
 
-class MemdReference::Impl {
+class [[gnu::visibility("hidden")]] MemdReference::Impl {
   public:
     Impl(Device& device, const Image& a, const MemdOptions& options)
         : device_(&device.impl()), options_(options), a_(colours_of(a, options.white[0], "A")) {}
@@ -131,7 +134,7 @@ class MemdReference::Impl {
     }
 
   private:
-    Device::Impl* device_;
+    DeviceImpl* device_;
     MemdOptions options_;
     Colours a_;
     std::optional<Buffer> on_device_;  ///< a_, once a device has searched

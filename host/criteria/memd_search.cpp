@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -15,7 +15,7 @@ using std::size_t;
 /// The tree on the device, brought up to date between blocks, and the candidates of one block.
 class DeviceTree {
   public:
-    DeviceTree(Device::Impl& device, ColourTree& tree, Metric metric, const MemdBlocks& blocks)
+    DeviceTree(DeviceImpl& device, ColourTree& tree, Metric metric, const MemdBlocks& blocks)
         : device_(&device), tree_(&tree), blocks_(blocks), k_(static_cast<size_t>(blocks.candidates)) {
         const ColourTreeArrays& arrays = tree.arrays();
         points_ = upload(arrays.points);
@@ -107,7 +107,7 @@ class DeviceTree {
         device_->finish();  // the pool may lend the three buffers again
     }
 
-    Device::Impl* device_;
+    DeviceImpl* device_;
     ColourTree* tree_;
     MemdBlocks blocks_;
     size_t k_;
@@ -139,14 +139,14 @@ std::optional<ColourTree::Hit> proven(const ColourTree& tree, const float* dista
 
 }  // namespace
 
-MemdSearch chosen_search(const Device::Impl& device, MemdSearch asked, std::size_t pixels,
+MemdSearch chosen_search(const DeviceImpl& device, MemdSearch asked, std::size_t pixels,
                          std::size_t colours) {
     if (asked != MemdSearch::automatic) return asked;
     if (device.is_cpu() || pixels < MemdBlocks{}.device_from) return MemdSearch::host_tree;
     return colours <= exhaustive_colours ? MemdSearch::exhaustive : MemdSearch::device_tree;
 }
 
-std::size_t take_all(Device::Impl& device, const Colours& a, const Buffer& device_a, ColourTree& tree,
+std::size_t take_all(DeviceImpl& device, const Colours& a, const Buffer& device_a, ColourTree& tree,
                      Metric metric, const MemdBlocks& blocks,
                      const std::function<void(std::size_t, ColourKey)>& error) {
     const size_t count = std::min(a.pixels(), tree.left());
@@ -200,4 +200,4 @@ std::size_t take_all(Device::Impl& device, const Colours& a, const Buffer& devic
     return searched;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

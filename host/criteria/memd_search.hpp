@@ -8,7 +8,7 @@
 #include "host/cl/device_impl.hpp"
 #include "host/criteria/colour_tree.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// How the search is cut up; no choice changes a result.
 struct MemdBlocks {
@@ -26,7 +26,7 @@ struct MemdBlocks {
 /// many colours is a matter of microseconds per block without a divergent branch; no GPU has been measured,
 /// so the limit is low.
 inline constexpr std::size_t exhaustive_colours = 4096;
-[[nodiscard]] MemdSearch chosen_search(const Device::Impl& device, MemdSearch asked, std::size_t pixels,
+[[nodiscard]] MemdSearch chosen_search(const DeviceImpl& device, MemdSearch asked, std::size_t pixels,
                                        std::size_t colours);
 
 /// Takes min(#A, #B) pixels out of the tree in raster order of A.
@@ -43,8 +43,8 @@ void take_all(const Colours& a, ColourTree& tree, const Error& error) {
 
 /// The same with candidates from the device.
 /// \return how many pixels were searched for on the host
-std::size_t take_all(Device::Impl& device, const Colours& a, const Buffer& device_a, ColourTree& tree,
+std::size_t take_all(DeviceImpl& device, const Colours& a, const Buffer& device_a, ColourTree& tree,
                      Metric metric, const MemdBlocks& blocks,
                      const std::function<void(std::size_t, ColourKey)>& error);
 
-}  // namespace btfield
+}  // namespace btfield::detail

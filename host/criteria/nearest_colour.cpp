@@ -9,7 +9,7 @@
 #include <immintrin.h>
 #endif
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Search = ColourTree::Search;
@@ -89,4 +89,4 @@ std::vector<ColourTree::Tighten> box_updates() {
     return updates;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

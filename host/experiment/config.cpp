@@ -13,6 +13,9 @@
 #include "host/experiment/config_text.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -166,7 +169,7 @@ ExperimentConfig read_experiment(const fs::path& path) {
     return config;
 }
 
-ExperimentConfig experiment_from_text(const std::string& text, const fs::path& folder,
+ExperimentConfig detail::experiment_from_text(const std::string& text, const fs::path& folder,
                                       const std::string& asked) {
     ExperimentConfig config;
     config.text = text;

@@ -8,7 +8,7 @@
 
 #include "btfield/experiment.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// As read_experiment.
 /// \param asked first part of the messages
@@ -16,4 +16,4 @@ namespace btfield {
                                                     const std::filesystem::path& folder,
                                                     const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail

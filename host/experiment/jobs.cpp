@@ -11,7 +11,7 @@
 #include "host/base/parallel.hpp"
 #include "host/experiment/sha256.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -163,4 +163,4 @@ std::vector<PictureSource> picture_sources(const ExperimentConfig& config) {
     return sources;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

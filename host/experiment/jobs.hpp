@@ -11,7 +11,7 @@
 
 #include "btfield/experiment.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// A picture that the configuration names.
 struct PictureSource {
@@ -124,4 +124,4 @@ struct WorkReport {
 [[nodiscard]] std::string picture_identity(const std::string& content, const std::optional<Crop>& crop,
                                            double white);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -5,7 +5,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 std::string asked_for(const std::filesystem::path& database) {
@@ -225,4 +225,4 @@ ExperimentResult Ledger::conclude() {
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

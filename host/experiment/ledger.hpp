@@ -16,7 +16,7 @@
 
 #include "host/experiment/results_database.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Every member may be called from any thread.
 class Ledger {
@@ -79,4 +79,4 @@ class Ledger {
     std::exception_ptr fatal_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -5,7 +5,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using nlohmann::json;
@@ -206,4 +206,4 @@ RankMessage rank_message(const std::string& bytes) {
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

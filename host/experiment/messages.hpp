@@ -7,7 +7,7 @@
 
 #include "host/experiment/jobs.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 enum class MessageKind {
     welcome,  ///< 0 to r: the experiment's text, its folder and that of textures
@@ -32,4 +32,4 @@ struct RankMessage {
 /// \throws InputError for bytes that to_bytes did not write: ranks of different versions.
 [[nodiscard]] RankMessage rank_message(const std::string& bytes);
 
-}  // namespace btfield
+}  // namespace btfield::detail

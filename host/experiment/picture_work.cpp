@@ -16,7 +16,7 @@
 #include "host/experiment/sha256.hpp"
 #include "host/pictures/pixel_values.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -344,4 +344,4 @@ WorkReport PictureWork::keep(Picture& picture, const PictureSource& source,
     return news;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -15,7 +15,7 @@
 #include "btfield/synthesis.hpp"
 #include "host/experiment/jobs.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 class PictureWork {
   public:
@@ -52,4 +52,4 @@ class PictureWork {
 /// others stay.
 [[nodiscard]] Image as_stored(const Image& image, PixelType type);
 
-}  // namespace btfield
+}  // namespace btfield::detail

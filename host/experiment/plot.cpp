@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 constexpr double width = 420.0, height = 260.0;
@@ -111,4 +111,4 @@ std::string line_plot(const std::string& title, const std::string& x_title,
     return svg + "</svg>";
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

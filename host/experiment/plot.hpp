@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 
 struct PlotLine {
     std::string name, colour;
@@ -22,4 +22,4 @@ struct PlotLine {
 /// Text as HTML shows it.
 [[nodiscard]] std::string html_text(const std::string& text);
 
-}  // namespace btfield
+}  // namespace btfield::detail

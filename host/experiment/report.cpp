@@ -15,6 +15,9 @@
 #include "host/experiment/thumbnail.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 constexpr int thumbnail_side = 112;

@@ -5,7 +5,7 @@
 #include "btfield/error.hpp"
 #include "host/experiment/sha256.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -265,4 +265,4 @@ void ResultsDatabase::close() {
     connection_.execute("PRAGMA wal_checkpoint(TRUNCATE)");
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -14,7 +14,7 @@
 #include "host/experiment/run_lock.hpp"
 #include "host/experiment/sqlite.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Schema that this version writes, and the only one it reads.
 inline constexpr int results_schema = 1;
@@ -55,4 +55,4 @@ class ResultsDatabase {
 /// Opens for reading and checks the schema and every page.
 void check_results(Connection& connection);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -17,6 +17,9 @@
 #include "host/experiment/picture_work.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using namespace std::chrono_literals;

@@ -10,7 +10,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 /// Whether the name still leads to the open file: the last holder removes it.
@@ -51,4 +51,4 @@ RunLock::~RunLock() {
     ::close(descriptor_);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

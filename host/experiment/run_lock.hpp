@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Holds FILE-lock, exclusively, until destroyed or until the process ends, however it ends. Not the file
 /// itself: SQLite's own locks are lost when any descriptor of it is closed.
@@ -23,4 +23,4 @@ class RunLock {
     int descriptor_ = -1;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -11,7 +11,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 // FIPS 180-4, 4.2.2: fractional parts of the cube roots of the first 64 primes.
@@ -105,4 +105,4 @@ std::string sha256_of_file(const std::filesystem::path& path) {
     return hash.digest();
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

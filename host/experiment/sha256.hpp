@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace btfield {
+namespace btfield::detail {
 
 class Sha256 {
   public:
@@ -35,4 +35,4 @@ class Sha256 {
 /// \throws InputError when it cannot be read.
 [[nodiscard]] std::string sha256_of_file(const std::filesystem::path& path);
 
-}  // namespace btfield
+}  // namespace btfield::detail

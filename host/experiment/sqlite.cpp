@@ -8,7 +8,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -194,4 +194,4 @@ bool Statement::is_null(int column) const {
     return sqlite3_column_type(handle_, column) == SQLITE_NULL;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

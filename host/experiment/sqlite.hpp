@@ -12,7 +12,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace btfield {
+namespace btfield::detail {
 
 class Statement;
 
@@ -92,4 +92,4 @@ class Statement {
     int bound_ = 0;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -10,6 +10,9 @@
 #include "host/experiment/results_database.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();

@@ -9,6 +9,8 @@
 #include "host/base/text_table.hpp"
 
 namespace btfield {
+
+using namespace detail;
 namespace {
 
 std::string formatted(const char* format, double value) {
@@ -31,7 +33,7 @@ std::string text_of(const ExperimentTable& table) {
             rows[1].insert(rows[1].end(), {"mean", "std"});
         }
         rows.insert(rows.end(), grid.rows.begin(), grid.rows.end());
-        text += "\n" + btfield::table(rows, "lr");
+        text += "\n" + btfield::detail::table(rows, "lr");
     }
     return text + "\n" + table_counts(table) + "\n";
 }
@@ -145,21 +147,21 @@ std::string csv_of(const std::vector<ExperimentTable>& tables) {
 
 }  // namespace
 
-std::string model_title(const std::string& model) {
+std::string detail::model_title(const std::string& model) {
     std::string title = model;
     for (char& c : title) c = c == '-' ? ' ' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     return title;
 }
 
-std::string kappa_text(double kappa) {
+std::string detail::kappa_text(double kappa) {
     return std::isfinite(kappa) ? formatted("%.3g", kappa) : "-";
 }
 
-std::string percent_text(double value) {
+std::string detail::percent_text(double value) {
     return std::isfinite(value) ? formatted("%.2f", value) : "-";
 }
 
-TableGrid table_grid(const ExperimentTable& table, std::size_t first, std::size_t end, bool all) {
+TableGrid detail::table_grid(const ExperimentTable& table, std::size_t first, std::size_t end, bool all) {
     TableGrid grid;
     grid.models = table.rows.size();
     int pictures = 0;
@@ -197,13 +199,13 @@ TableGrid table_grid(const ExperimentTable& table, std::size_t first, std::size_
     return grid;
 }
 
-std::string table_caption(const ExperimentTable& table) {
+std::string detail::table_caption(const ExperimentTable& table) {
     return "MEMD* of the best textures in percent, mean and standard deviation over pictures (metric " +
            table.metric + ", marginals " + table.marginals +
            "); a gap is a best 2D that exceeds the best 3D by more than " + percent_text(memd_gap_threshold);
 }
 
-std::string table_counts(const ExperimentTable& table) {
+std::string detail::table_counts(const ExperimentTable& table) {
     return std::to_string(table.done) + " jobs done, " + std::to_string(table.refused) + " refused, " +
            std::to_string(table.failed) + " failed";
 }

@@ -8,7 +8,7 @@
 
 #include "btfield/experiment.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// "2D CAR" for "2d-car".
 [[nodiscard]] std::string model_title(const std::string& model);
@@ -35,4 +35,4 @@ struct TableGrid {
 /// "120 jobs done, 6 refused, 0 failed".
 [[nodiscard]] std::string table_counts(const ExperimentTable& table);
 
-}  // namespace btfield
+}  // namespace btfield::detail

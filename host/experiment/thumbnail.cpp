@@ -11,7 +11,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ std::string thumbnail_uri(const fs::path& picture, const std::optional<Crop>& cr
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 
 #include "btfield/image_io.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// The upper left corner of a picture, pixel for pixel, as a data URI; empty when the picture cannot be read.
 /// \param white value that is shown white
@@ -19,4 +19,4 @@ namespace btfield {
 
 [[nodiscard]] std::string base64(std::string_view bytes);
 
-}  // namespace btfield
+}  // namespace btfield::detail

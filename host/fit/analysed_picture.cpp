@@ -4,7 +4,7 @@
 
 #include "btfield/pyramid.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 const LagCovariance& AnalysedLevel::statistic(Offset box) {
     const std::lock_guard lock(*mutex_);
@@ -48,4 +48,4 @@ const std::vector<double>& AnalysedPicture::probe_covariances() {
     return probe_covariances_;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

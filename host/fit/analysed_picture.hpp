@@ -18,7 +18,7 @@
 #include "btfield/spectral_basis.hpp"
 #include "host/fit/folded_periodogram.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Which planes a model is fitted to.
 enum class AnalysedPlanes {
@@ -65,4 +65,4 @@ class AnalysedPicture {
     std::vector<double> probe_covariances_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -8,7 +8,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -78,4 +78,4 @@ std::string correlated_reason(int count, NeighbourhoodKind kind, const std::vect
     return text;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -8,7 +8,7 @@
 #include "btfield/lag_covariance.hpp"
 #include "host/fit/level_fit.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Offsets of order 8 of this kind.
 /// \throws InputError when `count` of them cannot be kept: fewer than one, more than there are, an odd number
@@ -32,4 +32,4 @@ struct CorrelatedSupport {
                                             const std::vector<Offset>& candidates,
                                             const std::vector<double>& weakest);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -24,6 +24,9 @@
 #include "host/spectrum/spectral_density.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using std::size_t;
@@ -213,7 +216,7 @@ int default_levels(Size size, int factor) {
     return levels;
 }
 
-class Analysis::Impl {
+class [[gnu::visibility("hidden")]] Analysis::Impl {
   public:
     Impl(Device& device, Image image) : device_(&device), image_(std::move(image)) { check_finite(image_); }
 

@@ -9,7 +9,7 @@
 #include "btfield/error.hpp"
 #include "host/base/parallel.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Complex = std::complex<double>;
@@ -130,4 +130,4 @@ FoldedPeriodogram folded_periodogram(const Image& image) {
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

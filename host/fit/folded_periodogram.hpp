@@ -8,7 +8,7 @@
 #include "btfield/image.hpp"
 #include "host/spectrum/lane_matrix.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// The picture's periodogram I_t = Ỹ_t Ỹ_tᴴ / (H W) (means removed, so mean_t I_t is C(0) and mean_t
 /// conj(I_t) e^{iω·s} is C(s)), averaged over rectangular cells of frequencies: a Hermitian positive
@@ -24,4 +24,4 @@ struct FoldedPeriodogram {
 /// \throws InputError when the picture is empty
 [[nodiscard]] FoldedPeriodogram folded_periodogram(const Image& image);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -13,6 +13,8 @@
 #include "host/analysis/lag_matrices.hpp"
 
 namespace btfield {
+
+using namespace detail;
 namespace {
 
 using Eigen::Index;
@@ -54,12 +56,12 @@ MatrixXd residual(const Moments& v, const MatrixXd& theta) {
 
 }  // namespace
 
-std::string describe(const std::vector<Offset>& offsets, int planes) {
+std::string detail::describe(const std::vector<Offset>& offsets, int planes) {
     return "least-squares fit of " + std::to_string(offsets.size()) + " offsets to " +
            std::to_string(planes) + (planes == 1 ? " plane" : " planes");
 }
 
-void check_request(const LagCovariance& statistic, const std::vector<Offset>& offsets,
+void detail::check_request(const LagCovariance& statistic, const std::vector<Offset>& offsets,
                    const std::vector<std::uint8_t>& active) {
     const std::string asked = describe(offsets, statistic.planes());
     if (statistic.planes() < 1)
@@ -89,7 +91,7 @@ void check_request(const LagCovariance& statistic, const std::vector<Offset>& of
     }
 }
 
-MatrixXd solve_normal_equations(const MatrixXd& xx, const MatrixXd& right, const std::vector<Index>& used,
+MatrixXd detail::solve_normal_equations(const MatrixXd& xx, const MatrixXd& right, const std::vector<Index>& used,
                                 const std::string& asked) {
     const auto count = static_cast<Index>(used.size());
     VectorXd scale(count);
@@ -141,7 +143,7 @@ MatrixXd solve_all(const Moments& v, const std::vector<std::uint8_t>& active, co
 
 }  // namespace
 
-MatrixXd admissible_noise(const MatrixXd& noise, NoiseForm form, const MatrixXd& yy) {
+MatrixXd detail::admissible_noise(const MatrixXd& noise, NoiseForm form, const MatrixXd& yy) {
     const VectorXd deviation = yy.diagonal().cwiseSqrt();
     const VectorXd inverse = deviation.cwiseInverse();
     MatrixXd scaled = inverse.asDiagonal() * noise * inverse.asDiagonal();
@@ -196,7 +198,7 @@ void make_symmetric(MatrixXd& theta, const std::vector<Offset>& offsets,
 
 }  // namespace
 
-void fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind kind,
+void detail::fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind kind,
           const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active, const MatrixXd& theta,
           const MatrixXd& noise) {
     const int d = statistic.planes();
@@ -214,7 +216,7 @@ void fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind 
     }
 }
 
-MatrixXd residual_covariance(const LinearField& field, const LagCovariance& statistic) {
+MatrixXd detail::residual_covariance(const LinearField& field, const LagCovariance& statistic) {
     const int d = field.planes;
     MatrixXd theta(static_cast<Index>(field.offsets.size()) * d, d);
     for (Index k = 0; k < theta.rows(); ++k) {

@@ -11,7 +11,7 @@
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// mean_r e_r e_rᵀ of the prediction errors e = Y − Σ_s A_s Y(r ⊕ s) on the lattice of the statistic.
 /// Precondition: the statistic's box holds the support's difference box.
@@ -44,4 +44,4 @@ void fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind 
           const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
           const Eigen::MatrixXd& theta, const Eigen::MatrixXd& noise);
 
-}  // namespace btfield
+}  // namespace btfield::detail

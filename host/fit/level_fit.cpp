@@ -16,7 +16,7 @@
 #include "host/fit/sar_likelihood.hpp"
 #include "host/spectrum/examination.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -227,4 +227,4 @@ FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Supp
     return fitted;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -10,7 +10,7 @@
 #include "btfield/fit.hpp"
 #include "host/fit/analysed_picture.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 struct FittedLevel {
     LevelModel level;
@@ -39,4 +39,4 @@ struct Support {
 [[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options,
                                     const Support& candidates);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -6,7 +6,7 @@
 
 #include "host/base/non_negative.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -43,4 +43,4 @@ std::vector<double> match_gains(const std::vector<std::vector<double>>& levels,
     return gains;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// One gain per level (theory 12.2): the non-negative g_k that minimise
 ///
@@ -15,4 +15,4 @@ namespace btfield {
 [[nodiscard]] std::vector<double> match_gains(const std::vector<std::vector<double>>& levels,
                                               const std::vector<double>& data, int planes);
 
-}  // namespace btfield
+}  // namespace btfield::detail

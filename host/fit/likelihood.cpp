@@ -18,7 +18,7 @@
 #include "host/spectrum/spectral_density.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::MatrixXd;
@@ -139,4 +139,4 @@ void check_dense_hessian(const std::string& asked, size_t unknowns, const char* 
                      instead);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

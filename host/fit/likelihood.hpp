@@ -10,7 +10,7 @@
 #include "btfield/models.hpp"
 #include "host/fit/folded_periodogram.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Whittle log-likelihood per pixel, −½ (d ln 2π + mean_t ln det S_t + mean_t tr(S_t⁻¹ I_t)), I the
 /// periodogram. From lag covariances where S⁻¹ has no lags beyond theirs: autoregressive models, MMRF, and
@@ -30,4 +30,4 @@ namespace btfield {
 /// \throws InputError beyond what a dense Hessian can have
 void check_dense_hessian(const std::string& asked, std::size_t unknowns, const char* instead);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -16,7 +16,7 @@
 #include "host/spectrum/spectral_density.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -174,4 +174,4 @@ double lag_covariance_error(const TextureModel& model, const std::vector<Offset>
     return error / static_cast<double>(lags.size() * d);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

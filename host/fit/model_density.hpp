@@ -7,7 +7,7 @@
 #include "btfield/models.hpp"
 #include "host/fit/folded_periodogram.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Whittle log-likelihood of the modelled planes, −½ Σ_t (d ln 2π + ln det S_t + tr(S_t⁻¹ I_t)) per pixel,
 /// over all frequencies but 0, whose I_t removing the means has emptied. The density is that of what the
@@ -23,4 +23,4 @@ namespace btfield {
 [[nodiscard]] double lag_covariance_error(const TextureModel& model, const std::vector<Offset>& lags,
                                           const std::vector<double>& data);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -11,7 +11,7 @@
 #include "host/analysis/lag_matrices.hpp"
 #include "host/fit/least_squares.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -240,4 +240,4 @@ MrfEstimate fit_pmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

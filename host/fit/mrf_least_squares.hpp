@@ -8,7 +8,7 @@
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 struct MrfLeastSquaresOptions {
     int iterations = 50;  ///< at most
@@ -51,4 +51,4 @@ struct MrfEstimate {
                                    const std::vector<Offset>& offsets,
                                    const std::vector<std::uint8_t>& active, NoiseForm noise);
 
-}  // namespace btfield
+}  // namespace btfield::detail

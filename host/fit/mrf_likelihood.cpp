@@ -14,7 +14,7 @@
 #include "host/fit/mrf_unknowns.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -455,4 +455,4 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
     return fit;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

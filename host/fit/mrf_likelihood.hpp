@@ -10,7 +10,7 @@
 #include "btfield/models.hpp"
 #include "host/spectrum/examination.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 struct FoldedPeriodogram;
 
@@ -74,4 +74,4 @@ struct MrfLikelihoodFit {
                                            const std::vector<std::uint8_t>& active, NoiseForm noise,
                                            const MrfLikelihoodOptions& options = {});
 
-}  // namespace btfield
+}  // namespace btfield::detail

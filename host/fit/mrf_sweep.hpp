@@ -9,7 +9,7 @@
 #include "host/base/parallel.hpp"
 #include "host/spectrum/lattice.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// What a pass does besides the mean of ln det.
 enum class Sweep {
@@ -77,4 +77,4 @@ std::optional<double> sweep_rows(const HermitianPolynomial& polynomial, const Fr
     return mean;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

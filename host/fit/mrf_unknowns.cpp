@@ -8,7 +8,7 @@
 #include "host/base/lane_inverse.hpp"
 #include "host/base/parallel.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -209,4 +209,4 @@ MatrixXd second_traces(const std::vector<MrfUnknown>& unknowns, const PairTable&
     return h;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

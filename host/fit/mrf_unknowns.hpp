@@ -9,7 +9,7 @@
 #include "btfield/models.hpp"
 #include "host/spectrum/lane_matrix.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// One real unknown x: the polynomial holds x · E, E = sign · weight · (e_i e_jᵀ e^{iω·s} + e_j e_iᵀ
 /// e^{−iω·s}). Lags of the support have sign −1 and weight 1; constants (s = 0) sign +1 and weight ½ on the
@@ -86,4 +86,4 @@ class PairTable {
                                             const LagTransform& transform,
                                             const LagTransform::RowMajor& sums);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -16,7 +16,7 @@
 #include "host/fit/mrf_unknowns.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -96,7 +96,7 @@ class Whittle {
             p.lambda, cells_, waves_, Sweep::everything,
             [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda) {
                 const LaneMatrix x = product(p.root, lambda);
-                const LaneMatrix wi = btfield::product(btfield::product(inverse, x), periodogram_[m]);
+                const LaneMatrix wi = detail::product(detail::product(inverse, x), periodogram_[m]);
                 const double sum = mean_trace(adjoint(x), wi, cells_.column_weight);  // X = B Λ
                 sums[static_cast<size_t>(block)] += cells_.row_weight[m] * sum;
             });
@@ -131,12 +131,12 @@ class Whittle {
                 const auto place = static_cast<size_t>(block);
                 const LaneMatrix& data = periodogram_[m];
                 const LaneMatrix bl = product(b, l), lb = adjoint(bl),
-                                 blb = btfield::product(bl, constant(b));
-                const LaneMatrix w = btfield::product(lb, lambda);
-                const LaneMatrix wi = btfield::product(w, data), iw = adjoint(wi);
-                const LaneMatrix wiw = btfield::product(wi, adjoint(w));
-                const LaneMatrix il = btfield::product(data, lambda), lil = btfield::product(lambda, il);
-                const LaneMatrix wil = btfield::product(wi, lambda);
+                                 blb = detail::product(bl, constant(b));
+                const LaneMatrix w = detail::product(lb, lambda);
+                const LaneMatrix wi = detail::product(w, data), iw = adjoint(wi);
+                const LaneMatrix wiw = detail::product(wi, adjoint(w));
+                const LaneMatrix il = detail::product(data, lambda), lil = detail::product(lambda, il);
+                const LaneMatrix wil = detail::product(wi, lambda);
 
                 RowMajor rows((1 + roots()) * 2 * triangle, static_cast<Index>(cells_.column.size())), part;
                 LaneMatrix k = twice_hermitian_part(product(b, wi));
@@ -454,4 +454,4 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
     return fit;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

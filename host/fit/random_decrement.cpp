@@ -15,7 +15,7 @@
 #include "host/base/parallel.hpp"
 #include "host/fit/least_squares.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -267,4 +267,4 @@ MaModel fit_ma(const Image& level, const LagCovariance& statistic, Neighbourhood
     return model;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -10,7 +10,7 @@
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Random decrement signature (P4 eq. 15, 17): the mean of y_i(r ⊕ s) − μ_i over the pixels r of the torus
 /// that are significant for (i, j), at [(s·d + i)·d + j]. Significant for (i, j): plane j is above its ξ at
@@ -33,4 +33,4 @@ namespace btfield {
                              const std::vector<Offset>& offsets, NoiseForm noise,
                              const MaOptions& options = {});
 
-}  // namespace btfield
+}  // namespace btfield::detail

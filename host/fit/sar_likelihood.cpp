@@ -21,7 +21,7 @@
 #include "host/fit/sar_objective.hpp"
 #include "host/spectrum/spectral_density.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -489,4 +489,4 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& data, NeighbourhoodKind
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 #include "btfield/models.hpp"
 #include "host/spectrum/examination.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 struct LikelihoodOptions {
     /// Newton steps of one descent after which it is given up.
@@ -44,4 +44,4 @@ struct SarLikelihoodFit {
                                                   const std::vector<std::uint8_t>& active, NoiseForm noise,
                                                   const LikelihoodOptions& options = {});
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -5,7 +5,7 @@
 
 #include "host/base/dense.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::MatrixXd;
@@ -108,4 +108,4 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -5,7 +5,7 @@
 
 #include "host/fit/sar_objective.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 struct Descent {
     Eigen::VectorXd x;
@@ -30,4 +30,4 @@ using Admissible = std::function<bool(const Eigen::VectorXd& x)>;
 [[nodiscard]] Descent descend(SarObjective& objective, Eigen::VectorXd x, double tolerance, int most_steps,
                               Pace pace, const Admissible& admissible = {});
 
-}  // namespace btfield
+}  // namespace btfield::detail

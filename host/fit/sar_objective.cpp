@@ -8,7 +8,7 @@
 
 #include "host/base/lane_inverse.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -199,4 +199,4 @@ void SarObjective::add_quadratic(MatrixXd& hessian) const {
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

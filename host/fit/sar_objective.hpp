@@ -8,7 +8,7 @@
 
 #include "host/spectrum/inverse_spectrum.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// f(x) = Σ_{s,t} tr(b_s C(t − s) b_tᵀ) − 2 mean_t ln |det B_t| + ρ/2 Σ_i max(0, P_ii − τ)²,
 /// B_t = Σ_s b_s e^{iω_t s}, P the covariance of the model at lag 0. The first two terms are minus twice the
@@ -75,4 +75,4 @@ class SarObjective {
     Eigen::VectorXd excess_;  ///< max(0, P_ii − τ)
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -14,7 +14,7 @@
 #include "host/fit/level_fit.hpp"
 #include "host/fit/model_density.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -281,4 +281,4 @@ Choices choose(const FitOptions& options, const SelectionSource& source) {
     return choices;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 #include "btfield/fit.hpp"
 #include "host/fit/analysed_picture.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// How much of a model a comparison needs.
 enum class FitDepth {
@@ -40,4 +40,4 @@ struct Choices {
 /// likelihood.
 [[nodiscard]] double level_bic(const TextureModel& model);
 
-}  // namespace btfield
+}  // namespace btfield::detail

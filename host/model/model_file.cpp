@@ -19,6 +19,9 @@
 #include "host/base/strict_json.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using nlohmann::json;

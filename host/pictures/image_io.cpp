@@ -16,6 +16,9 @@
 #include "host/pictures/pnm.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -12,6 +12,8 @@
 
 namespace btfield {
 
+using namespace detail;
+
 #ifdef BTFIELD_PICTURES_MODULE
 namespace {
 
@@ -59,7 +61,7 @@ void preload_picture_formats() {
     static_cast<void>(loading());
 }
 
-const PictureCodec& picture_codec(const std::string& asked) {
+const PictureCodec& detail::picture_codec(const std::string& asked) {
     const std::shared_future<Loaded> future = loading();
     const Loaded& loaded = future.get();  // lives as long as loading()'s own copy
     if (loaded.codec == nullptr) {
@@ -75,7 +77,7 @@ const PictureCodec& picture_codec(const std::string& asked) {
 
 void preload_picture_formats() {}
 
-const PictureCodec& picture_codec(const std::string& /*asked*/) {
+const PictureCodec& detail::picture_codec(const std::string& /*asked*/) {
     return *btfield_picture_codec();
 }
 

@@ -7,10 +7,11 @@
 
 #include <string>
 
+#include "btfield/api.hpp"
 #include "host/pictures/oiio/picture_decode.hpp"
 #include "host/pictures/oiio/picture_encode.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// What the module offers.
 struct PictureCodec {
@@ -24,7 +25,7 @@ struct PictureCodec {
 /// \throws InputError when the module cannot be loaded
 [[nodiscard]] const PictureCodec& picture_codec(const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail
 
 /// Entry point of the module; never null.
-extern "C" const btfield::PictureCodec* btfield_picture_codec();
+extern "C" BTFIELD_API const btfield::detail::PictureCodec* btfield_picture_codec();

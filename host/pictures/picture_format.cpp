@@ -9,7 +9,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 struct Traits {
@@ -30,8 +30,6 @@ constexpr std::array<Traits, 6> all_traits{{
     {PictureFormat::hdr, "hdr", "HDR", 3, {false, false, false, true}},
     {PictureFormat::pnm, "pnm", "PNM", 3, {true, true, false, false}},
 }};
-
-constexpr std::array<std::string_view, 4> type_names{"uint8", "uint16", "half", "float"};
 
 struct Extension {
     std::string_view text;
@@ -66,32 +64,6 @@ std::uint32_t big_endian(const char* bytes, int count) {
 }
 
 }  // namespace
-
-std::string_view name(PixelType type) {
-    return type_names.at(static_cast<std::size_t>(type));
-}
-
-PixelType pixel_type(std::string_view name) {
-    const auto* const found = std::find(type_names.begin(), type_names.end(), name);
-    if (found == type_names.end()) {
-        throw InputError("find a pixel type", "'" + std::string(name) + "' is not known",
-                         "use uint8, uint16, half or float");
-    }
-    return static_cast<PixelType>(found - type_names.begin());
-}
-
-int bytes_per_value(PixelType type) {
-    switch (type) {
-        case PixelType::uint8:
-            return 1;
-        case PixelType::uint16:
-        case PixelType::half:
-            return 2;
-        case PixelType::float32:
-            break;
-    }
-    return 4;
-}
 
 std::string_view codec_name(PictureFormat format) {
     return traits(format).codec;
@@ -205,7 +177,8 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
     if (!format.holds.at(static_cast<std::size_t>(*type))) {
         std::string holds;
         for (std::size_t i = 0; i < format.holds.size(); ++i) {
-            if (format.holds.at(i)) holds += (holds.empty() ? "" : ", ") + std::string(type_names.at(i));
+            if (format.holds.at(i))
+                holds += (holds.empty() ? "" : ", ") + std::string(name(static_cast<PixelType>(i)));
         }
         throw InputError(
             asked, std::string(format.title) + " cannot hold " + std::string(name(*type)) + ", only " + holds,
@@ -214,4 +187,4 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
     return {entry->format, *type};
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -11,7 +11,7 @@
 
 #include "btfield/image_io.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 enum class PictureFormat { png, jpeg, tiff, exr, hdr, pnm };
 
@@ -46,4 +46,4 @@ struct Storage {
 [[nodiscard]] Storage storage_for(const std::filesystem::path& path, int planes, PixelType source,
                                   std::optional<PixelType> type, const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// v in [0, 1] as an integer of the type's whole range, nearest; outside it is clamped.
 template <class T>
@@ -13,4 +13,4 @@ T to_integer(float value) {
     return static_cast<T>(std::lrint(std::clamp(value, 0.0F, 1.0F) * top));
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

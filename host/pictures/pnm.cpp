@@ -12,7 +12,7 @@
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pixel_values.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 constexpr const char* use_a_complete_file = "give a complete and undamaged file";
@@ -198,4 +198,4 @@ void write_pnm(const std::filesystem::path& path, const Image& image, PixelType 
         throw InputError(asked, "its pixels cannot be stored", "free some space or choose another place");
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -10,7 +10,7 @@
 
 #include "btfield/image_io.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// P1 to P6, any maximum up to 65535. Leaves `file_bytes` alone.
 /// \throws InputError as read_picture().
@@ -22,4 +22,4 @@ namespace btfield {
 void write_pnm(const std::filesystem::path& path, const Image& image, PixelType type,
                const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -18,6 +18,9 @@
 #include "host/spectrum/torus_search.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Eigen::MatrixXcd;
@@ -163,7 +166,7 @@ bool is_positive_everywhere(const SpectralForm& form) {
 
 }  // namespace
 
-Examination examine(const SpectralForm& form, const LagCovariance& data) {
+Examination detail::examine(const SpectralForm& form, const LagCovariance& data) {
     const int d = form.planes();
     if (d != data.planes()) {
         throw InputError("certificate of a model of " + std::to_string(d) + " planes",

@@ -3,7 +3,7 @@
 #include "btfield/certificate.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// A certificate with what else its evaluations give.
 struct Examination {
@@ -16,4 +16,4 @@ struct Examination {
 
 [[nodiscard]] Examination examine(const SpectralForm& form, const LagCovariance& data);
 
-}  // namespace btfield
+}  // namespace btfield::detail

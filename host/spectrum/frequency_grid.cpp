@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -76,4 +76,4 @@ FrequencyGrid clustered_grid(const GridDensity& density) {
     return grid;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Nodes ω = (row[m], column[n]); Σ_mn row_weight[m] column_weight[n] f(ω_mn) is the mean of f over the
 /// torus, for f with f(−ω) = conj f(ω) and the real part taken: rows cover 0 <= ω1 <= π, columns all of [−π,
@@ -29,4 +29,4 @@ struct GridDensity {
 /// nodes.
 [[nodiscard]] FrequencyGrid clustered_grid(const GridDensity& density);
 
-}  // namespace btfield
+}  // namespace btfield::detail

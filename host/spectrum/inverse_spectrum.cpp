@@ -10,7 +10,7 @@
 #include "host/base/lane_inverse.hpp"
 #include "host/base/parallel.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Complex = std::complex<double>;
@@ -175,4 +175,4 @@ RowMajor InverseSpectrum::moments(Index fields, Offset box, const Fill& fill) co
     return Eigen::Map<const RowMajor>(total.data(), lag_rows * lag_columns, fields);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

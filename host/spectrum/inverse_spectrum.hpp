@@ -11,7 +11,7 @@
 
 #include "btfield/neighbourhood.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 class InverseSpectrum {
   public:
@@ -57,4 +57,4 @@ class InverseSpectrum {
     std::vector<RowMajor> inverse_;    ///< per row m = 0 … side/2
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

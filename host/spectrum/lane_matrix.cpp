@@ -7,7 +7,7 @@
 #include "host/base/dense.hpp"
 #include "host/base/lane_inverse.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Complex = std::complex<double>;
@@ -219,4 +219,4 @@ void LagTransform::add(size_t m, const Eigen::Ref<const RowMajor>& values, RowMa
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

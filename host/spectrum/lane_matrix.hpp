@@ -10,7 +10,7 @@
 #include "btfield/neighbourhood.hpp"
 #include "host/spectrum/frequency_grid.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// A d × d complex matrix at each of n frequencies, stored as [i][j][re, im][n]: loops run along n.
 class LaneMatrix {
@@ -106,4 +106,4 @@ class LagTransform {
     RowMajor table_;  ///< weighted cos (c + 1 of them), then sin
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::Index;
@@ -43,4 +43,4 @@ GridDensity resolving(const HermitianPolynomial& q, GridDensity density) {
     return density;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 
 #include "host/spectrum/lane_matrix.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 inline constexpr int most_levels = 10;  ///< of a grid: details of 4^−10, 1e-6
 
@@ -57,4 +57,4 @@ struct Reach {
 /// The grid with the levels that resolve this peak.
 [[nodiscard]] GridDensity resolving(const HermitianPolynomial& q, GridDensity density);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// \tparam Planes number of planes when known, which spares small matrices the heap, or Eigen::Dynamic
 template <int Planes>
@@ -105,4 +105,4 @@ class LocalLambda {
     std::vector<Term> terms_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -11,7 +11,7 @@
 
 #include "host/base/parallel.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Complex = std::complex<double>;
@@ -99,4 +99,4 @@ PositiveDefiniteness positive_everywhere(const HermitianPolynomial& polynomial) 
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -4,7 +4,7 @@
 
 #include "host/spectrum/lane_matrix.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 struct PositiveDefiniteness {
     /// Proven for every ω. False: an indefinite point was found, or the proof needed more squares than
@@ -20,4 +20,4 @@ struct PositiveDefiniteness {
 /// matrices only; others are divided in four.
 [[nodiscard]] PositiveDefiniteness positive_everywhere(const HermitianPolynomial& polynomial);
 
-}  // namespace btfield
+}  // namespace btfield::detail

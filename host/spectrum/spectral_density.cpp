@@ -11,7 +11,7 @@
 #include "host/base/lane_inverse.hpp"
 #include "host/base/parallel.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -338,4 +338,4 @@ LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box) 
     return result;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

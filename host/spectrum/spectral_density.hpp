@@ -12,7 +12,7 @@
 #include "btfield/models.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Λ, its inverse and S at several frequencies. Entries of matrices are stored as [entry][re, im][n], so that
 /// loops run along n.
@@ -120,4 +120,4 @@ struct SpectralMeans {
 /// The same of all modelled planes of a level: those of a 2D level's parts are independent of each other.
 [[nodiscard]] LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box);
 
-}  // namespace btfield
+}  // namespace btfield::detail

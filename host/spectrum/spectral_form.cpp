@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Eigen::MatrixXd;
@@ -87,4 +87,4 @@ SpectralForm change_basis(const SpectralForm& form, const MatrixXd& basis, const
     return turned;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

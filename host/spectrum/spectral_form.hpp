@@ -6,7 +6,7 @@
 
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Spectral density of a level's field from the matrix Λ_t = I − Σ_s A_s e^{√−1 ω_t·s} of `lambda`.
 struct SpectralForm {
@@ -55,4 +55,4 @@ struct SpectralForm {
 [[nodiscard]] SpectralForm change_basis(const SpectralForm& form, const Eigen::MatrixXd& basis,
                                         const Eigen::MatrixXd& inverse);
 
-}  // namespace btfield
+}  // namespace btfield::detail

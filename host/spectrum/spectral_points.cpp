@@ -7,7 +7,7 @@
 
 #include "host/base/lane_inverse.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 using std::size_t;
 
@@ -108,4 +108,4 @@ void SpectralPoints::set_norms(const Values& derivative, std::vector<double>& no
     for (double& norm : norms) norm = std::sqrt(norm);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

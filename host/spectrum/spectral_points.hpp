@@ -6,7 +6,7 @@
 
 #include "host/spectrum/spectral_density.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 class SpectralPoints : public SpectralLanes {
   public:
@@ -44,4 +44,4 @@ class SpectralPoints : public SpectralLanes {
     std::vector<double> spare_, by_row_norm_, by_column_norm_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -14,7 +14,9 @@
 
 namespace btfield {
 
-std::vector<double> modelled_covariance(const TextureModel& model, Size size, std::span<const Offset> lags) {
+using namespace detail;
+
+std::vector<double> detail::modelled_covariance(const TextureModel& model, Size size, std::span<const Offset> lags) {
     const std::vector<Size> sizes = pyramid_sizes(size, static_cast<int>(model.levels.size()), model.factor);
     const auto d = static_cast<std::size_t>(modelled_planes(model));
     std::vector<double> total(lags.size() * d * d);

@@ -7,11 +7,11 @@
 
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Covariances of the modelled planes on a texture of this size, gains included, averaged over positions:
 /// [lag][i][j].
 [[nodiscard]] std::vector<double> modelled_covariance(const TextureModel& model, Size size,
                                                       std::span<const Offset> lags);
 
-}  // namespace btfield
+}  // namespace btfield::detail

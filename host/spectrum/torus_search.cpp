@@ -13,7 +13,7 @@
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/spectral_points.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -382,4 +382,4 @@ TorusSearch search_torus(const SpectralForm& form, const NodeValues& nodes) {
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

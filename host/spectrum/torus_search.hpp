@@ -9,7 +9,7 @@
 
 #include "host/spectrum/spectral_form.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Λ at the nodes ω = 2π (m, n) / side of a square grid, m = 0 … side/2, n = 0 … side − 1, [m][n].
 struct NodeValues {
@@ -47,4 +47,4 @@ struct TorusSearch {
 /// \param form in a basis of planes in which coefficients are small: zeros do not depend on the basis
 [[nodiscard]] TorusSearch search_torus(const SpectralForm& form, const NodeValues& nodes);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -7,7 +7,7 @@
 #include "host/synthesis/independent_planes.hpp"
 #include "host/synthesis/spectral_factors.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -58,7 +58,7 @@ void check_recursion(const LinearField& field) {
     check_parts(independent_planes(field));
 }
 
-CausalRecursion::CausalRecursion(Device::Impl& device, const LinearField& field, Size size, double scale,
+CausalRecursion::CausalRecursion(DeviceImpl& device, const LinearField& field, Size size, double scale,
                                  const std::vector<double>& mean, Schedule schedule)
     : offsets_count_(static_cast<int>(field.offsets.size())), size_(size), schedule_(schedule) {
     const std::vector<LinearField> parts = independent_planes(field);
@@ -94,7 +94,7 @@ CausalRecursion::CausalRecursion(Device::Impl& device, const LinearField& field,
     mean_ = device.upload(std::vector<float>(mean.begin(), mean.end()));
 }
 
-void CausalRecursion::run(Device::Impl& device, const Buffer& field, int batch) const {
+void CausalRecursion::run(DeviceImpl& device, const Buffer& field, int batch) const {
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_PLANES", planes_)
         .set("BTFIELD_LAG", lag_)
@@ -127,7 +127,7 @@ void CausalRecursion::run(Device::Impl& device, const Buffer& field, int batch) 
     }
 }
 
-void CausalRecursion::draw(Device::Impl& device, const Buffer& images, const Buffer& keys, int batch,
+void CausalRecursion::draw(DeviceImpl& device, const Buffer& images, const Buffer& keys, int batch,
                            int level) const {
     const int planes = planes_ * blocks_;
     const auto count = static_cast<size_t>(planes) * static_cast<size_t>(batch);
@@ -148,4 +148,4 @@ void CausalRecursion::draw(Device::Impl& device, const Buffer& images, const Buf
         size_.height, size_.width);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

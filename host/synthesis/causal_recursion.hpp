@@ -8,7 +8,7 @@
 #include "host/cl/device_impl.hpp"
 #include "host/synthesis/recursion_stability.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// \throws InputError when the support is not causal, the recursion is not stable or an offset is too long:
 ///     the message says where it grows and what to do
@@ -28,14 +28,14 @@ class CausalRecursion {
     /// \param scale of the noise, the level's gain
     /// \param mean  added to every pixel, one per plane
     /// \throws InputError as check_recursion() does
-    CausalRecursion(Device::Impl& device, const LinearField& field, Size size, double scale,
+    CausalRecursion(DeviceImpl& device, const LinearField& field, Size size, double scale,
                     const std::vector<double>& mean, Schedule schedule = Schedule::automatic);
 
     /// Textures of a batch: images [texture · planes + plane][row][column], one seed (two words) per texture.
     /// The noise of a pixel is that of draw_normal_field() on domain().
-    void draw(Device::Impl& device, const Buffer& images, const Buffer& keys, int batch, int level) const;
+    void draw(DeviceImpl& device, const Buffer& images, const Buffer& keys, int batch, int level) const;
     /// In place on the whole domain, from unit white noise to the field without its mean.
-    void run(Device::Impl& device, const Buffer& field, int batch) const;
+    void run(DeviceImpl& device, const Buffer& field, int batch) const;
 
     [[nodiscard]] Size domain() const { return domain_; }
     [[nodiscard]] const RecursionMargins& margins() const { return margins_; }
@@ -50,4 +50,4 @@ class CausalRecursion {
     Buffer coefficients_, displacements_, mean_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 #include "host/synthesis/independent_planes.hpp"
 #include "host/synthesis/spectral_factors.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -21,21 +21,21 @@ int nearest(int s, int n) {
     return rest > n / 2 ? rest - n : rest;
 }
 
-size_t local_memory(const Device::Impl& device) {
+size_t local_memory(const DeviceImpl& device) {
     return guarded("ask for local memory", device.info().name, [&] {
         return static_cast<size_t>(
             device.context().getInfo<CL_CONTEXT_DEVICES>().front().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
     });
 }
 
-/// Work-items that a group has at most: what Device::Impl::launch chooses unless told otherwise.
-int largest_group(const Device::Impl& device) {
+/// Work-items that a group has at most: what DeviceImpl::launch chooses unless told otherwise.
+int largest_group(const DeviceImpl& device) {
     return std::max(64, device.options().work_group_size);
 }
 
 }  // namespace
 
-Convolution::Convolution(Device::Impl& device, const LinearField& field, Size lattice, double scale,
+Convolution::Convolution(DeviceImpl& device, const LinearField& field, Size lattice, double scale,
                          const std::vector<double>& mean, Reads reads)
     : planes_(0),
       blocks_(0),
@@ -89,7 +89,7 @@ Convolution::Convolution(Device::Impl& device, const LinearField& field, Size la
     tiles_ = reads == Reads::tiles || (reads == Reads::automatic && !device.is_cpu() && fit);
 }
 
-size_t Convolution::tile_bytes(const Device::Impl& device) const {
+size_t Convolution::tile_bytes(const DeviceImpl& device) const {
     const int tile_rows = rows_ + reach_.s[0] + reach_.s[1];
     const auto height = static_cast<size_t>(tile_rows);
     const int tile_columns = largest_group(device) * device.vector_width() + reach_.s[2] + reach_.s[3];
@@ -97,7 +97,7 @@ size_t Convolution::tile_bytes(const Device::Impl& device) const {
     return sizeof(float) * static_cast<size_t>(planes_) * height * width;
 }
 
-void Convolution::draw(Device::Impl& device, const Buffer& images, const Buffer& keys, int batch,
+void Convolution::draw(DeviceImpl& device, const Buffer& images, const Buffer& keys, int batch,
                        int level) const {
     const int planes = planes_ * blocks_;
     const Buffer noise = device.buffer(sizeof(float) * area(lattice_) * static_cast<size_t>(planes) *
@@ -106,7 +106,7 @@ void Convolution::draw(Device::Impl& device, const Buffer& images, const Buffer&
     filter(device, noise, images, batch);
 }
 
-void Convolution::filter(Device::Impl& device, const Buffer& noise, const Buffer& images, int batch) const {
+void Convolution::filter(DeviceImpl& device, const Buffer& noise, const Buffer& images, int batch) const {
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_PLANES", planes_)
         .set("BTFIELD_ROWS", rows_)
@@ -121,4 +121,4 @@ void Convolution::filter(Device::Impl& device, const Buffer& noise, const Buffer
                   reach_, cl::Local(tiles_ ? tile_bytes(device) : sizeof(float)));
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

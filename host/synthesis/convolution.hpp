@@ -8,7 +8,7 @@
 #include "btfield/models.hpp"
 #include "host/cl/device_impl.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 class Convolution {
   public:
@@ -25,19 +25,19 @@ class Convolution {
     /// \param scale    of the noise, the level's gain
     /// \param mean     added to every pixel, one per plane
     /// \throws DeviceError when tiles are asked for and local memory cannot hold one
-    Convolution(Device::Impl& device, const LinearField& field, Size lattice, double scale,
+    Convolution(DeviceImpl& device, const LinearField& field, Size lattice, double scale,
                 const std::vector<double>& mean, Reads reads = Reads::automatic);
 
     /// Textures of a batch: images [texture · planes + plane][row][column], one seed (two words) per texture,
     /// noise as draw_normal_field() draws it.
-    void draw(Device::Impl& device, const Buffer& images, const Buffer& keys, int batch, int level) const;
+    void draw(DeviceImpl& device, const Buffer& images, const Buffer& keys, int batch, int level) const;
     /// The same from noise that lies on the device, laid out as the images, which it must not be.
-    void filter(Device::Impl& device, const Buffer& noise, const Buffer& images, int batch) const;
+    void filter(DeviceImpl& device, const Buffer& noise, const Buffer& images, int batch) const;
 
     [[nodiscard]] bool uses_tiles() const { return tiles_; }
 
   private:
-    [[nodiscard]] std::size_t tile_bytes(const Device::Impl& device) const;
+    [[nodiscard]] std::size_t tile_bytes(const DeviceImpl& device) const;
 
     int planes_, blocks_;  ///< planes of a block, blocks of a texture
     int rows_;             ///< that a work-item makes
@@ -48,4 +48,4 @@ class Convolution {
     Buffer coefficients_, offsets_, mean_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -9,7 +9,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 using Eigen::MatrixXd;
 using std::size_t;
@@ -96,4 +96,4 @@ LinearField joined_planes(std::span<const Model> models) {
     return joined;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

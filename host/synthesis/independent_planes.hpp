@@ -8,7 +8,7 @@
 
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Lower triangular L with L Lᵀ = Σ and a diagonal that is not negative; Σ may be singular.
 /// \throws InputError when Σ has an eigenvalue below −1e-9 of its largest
@@ -21,4 +21,4 @@ namespace btfield {
 /// The other way: fields that share nothing as one of all their planes, on every offset that any of them has.
 [[nodiscard]] LinearField joined_planes(std::span<const Model> models);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -6,9 +6,9 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
-PlaneRestorer::PlaneRestorer(Device::Impl& device, const SpectralBasis& basis,
+PlaneRestorer::PlaneRestorer(DeviceImpl& device, const SpectralBasis& basis,
                              std::span<const Marginal> marginals, std::span<const double> whitening)
     : device_(&device), planes_(basis.planes), rank_(basis.rank) {
     check(basis);
@@ -75,4 +75,4 @@ DevicePlanes PlaneRestorer::restore(DevicePlanes eigenplanes) {
             textures * planes_};
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

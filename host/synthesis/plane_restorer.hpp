@@ -9,7 +9,7 @@
 #include "btfield/spectral_basis.hpp"
 #include "host/analysis/pyramid_stages.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// y = Tᵀ q(M x) + μ, pixel by pixel (kernels/synthesis/plane_restorer.cl).
 class PlaneRestorer {
@@ -17,7 +17,7 @@ class PlaneRestorer {
     /// \param marginals  one to each eigenplane, with equal numbers of knots, or none: then q(x) = x
     /// \param whitening  M, r × r row-major; empty is the identity
     /// \throws InputError when basis or marginals are defective (their check()), or do not belong together
-    PlaneRestorer(Device::Impl& device, const SpectralBasis& basis, std::span<const Marginal> marginals,
+    PlaneRestorer(DeviceImpl& device, const SpectralBasis& basis, std::span<const Marginal> marginals,
                   std::span<const double> whitening = {});
 
     /// [texture · r + eigenplane] → [texture · d + plane], over the whole lattice. Takes over the memory
@@ -27,9 +27,9 @@ class PlaneRestorer {
     [[nodiscard]] std::size_t scratch_bytes(Size lattice, int textures) const;
 
   private:
-    Device::Impl* device_;
+    DeviceImpl* device_;
     int planes_, rank_, knots_ = 0;
     Buffer tables_, basis_;
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -14,7 +14,7 @@
 #include "host/base/parallel.hpp"
 #include "host/synthesis/independent_planes.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using Complex = std::complex<double>;
@@ -239,4 +239,4 @@ RecursionMargins recursion_margins(const LinearField& field, double tolerance, i
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -8,7 +8,7 @@
 #include "btfield/image.hpp"
 #include "btfield/models.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// The recursion y(r) = Σ_s A_s y(r + s) + e(r) with a non-symmetric half-plane support is stable (bounded
 /// noise gives a bounded field) iff
@@ -39,4 +39,4 @@ struct RecursionMargins {
 [[nodiscard]] RecursionMargins recursion_margins(const LinearField& field, double tolerance = 1e-3,
                                                  int largest = 256);
 
-}  // namespace btfield
+}  // namespace btfield::detail

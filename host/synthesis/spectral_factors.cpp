@@ -9,7 +9,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 namespace {
 
@@ -90,7 +90,7 @@ std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
 
 }  // namespace
 
-SpectralFactors::SpectralFactors(Device::Impl& device, const std::vector<SpectralForm>& parts, Size lattice,
+SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice,
                                  double scale, const std::vector<double>& mean, double budget)
     : kind_(parts.front().kind),
       planes_(parts.front().planes()),
@@ -144,7 +144,7 @@ Range SpectralFactors::range(std::size_t vectors) const {
     return {vectors, static_cast<std::size_t>(lattice_.width), static_cast<std::size_t>(parts_)};
 }
 
-cl::Kernel& SpectralFactors::kernel(Device::Impl& device, const char* name, bool stored) const {
+cl::Kernel& SpectralFactors::kernel(DeviceImpl& device, const char* name, bool stored) const {
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_STORED_FACTORS", stored ? 1 : 0);
     parameters.set("BTFIELD_FACTOR", static_cast<int>(kind_));
@@ -159,7 +159,7 @@ double SpectralFactors::stored_bytes() const {
     return stored_ ? static_cast<double>(factor_re_.bytes() + factor_im_.bytes()) : 0.0;
 }
 
-void SpectralFactors::draw(Device::Impl& device, Spectrum& spectrum, const Buffer& keys, int batch,
+void SpectralFactors::draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch,
                            int level) const {
     const int pitch = spectrum_pitch(lattice_.height);
     // Blocks of 16 feed 32 frequencies.
@@ -175,7 +175,7 @@ void SpectralFactors::draw(Device::Impl& device, Spectrum& spectrum, const Buffe
                       static_cast<cl_uint>(level));
 }
 
-void SpectralFactors::filter(Device::Impl& device, Spectrum& spectrum, int batch) const {
+void SpectralFactors::filter(DeviceImpl& device, Spectrum& spectrum, int batch) const {
     const int pitch = spectrum_pitch(lattice_.height);
     const Range items = range(static_cast<std::size_t>(pitch / device.vector_width()));
     cl::Kernel& filter = kernel(device, "filter_spectrum", stored_);
@@ -187,8 +187,8 @@ void SpectralFactors::filter(Device::Impl& device, Spectrum& spectrum, int batch
                       spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_);
 }
 
-void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer& keys, Size lattice,
-                       int planes, int batch, int level) {
+void draw_normal_field(DeviceImpl& device, const Buffer& images, const Buffer& keys, Size lattice, int planes,
+                       int batch, int level) {
     // Chunks of 64 columns take 16 blocks.
     const auto blocks = static_cast<std::size_t>((lattice.width + 63) / 64) * 16;
     device.launch(
@@ -198,4 +198,4 @@ void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer&
         Grain::fine, images, keys, lattice.height, lattice.width, planes, static_cast<cl_uint>(level));
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

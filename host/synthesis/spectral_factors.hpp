@@ -8,7 +8,7 @@
 #include "host/cl/device_impl.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 class SpectralFactors {
   public:
@@ -18,18 +18,18 @@ class SpectralFactors {
     /// \param scale    of F: level gain and the transform's normalisation
     /// \param mean     added to every pixel, one per plane of all parts
     /// \param budget   bytes that storing the factors may take; beyond, they are computed where they are used
-    SpectralFactors(Device::Impl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
+    SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
                     const std::vector<double>& mean, double budget);
 
     /// Spectra of `batch` textures from noise drawn in frequency. keys: two seed words per texture.
-    void draw(Device::Impl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level) const;
+    void draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level) const;
     /// Spectra of noise that was drawn on the lattice → spectra of textures, in place.
-    void filter(Device::Impl& device, Spectrum& spectrum, int batch) const;
+    void filter(DeviceImpl& device, Spectrum& spectrum, int batch) const;
     /// 0 when they are not stored.
     [[nodiscard]] double stored_bytes() const;
 
   private:
-    [[nodiscard]] cl::Kernel& kernel(Device::Impl& device, const char* name, bool stored) const;
+    [[nodiscard]] cl::Kernel& kernel(DeviceImpl& device, const char* name, bool stored) const;
     [[nodiscard]] Grain grain() const;
 
     [[nodiscard]] Range range(std::size_t vectors) const;
@@ -45,7 +45,7 @@ class SpectralFactors {
 };
 
 /// White noise on the lattice: [texture · planes + plane][row][column], textures in the order of the keys.
-void draw_normal_field(Device::Impl& device, const Buffer& images, const Buffer& keys, Size lattice,
-                       int planes, int batch, int level);
+void draw_normal_field(DeviceImpl& device, const Buffer& images, const Buffer& keys, Size lattice, int planes,
+                       int batch, int level);
 
-}  // namespace btfield
+}  // namespace btfield::detail

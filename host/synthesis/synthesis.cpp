@@ -18,6 +18,8 @@
 
 namespace btfield {
 
+using namespace detail;
+
 namespace {
 
 /// Textures of a batch share launches while what they touch together stays within this much memory: the
@@ -26,7 +28,7 @@ constexpr std::size_t cpu_batch_bytes = std::size_t{32} << 20;
 constexpr std::size_t gpu_batch_bytes = std::size_t{1} << 30;
 constexpr int largest_batch = 64;
 /// Part of the device's memory that synthesis may plan with; a CPU device shares it with everything else.
-double memory_limit(const Device::Impl& device) {
+double memory_limit(const DeviceImpl& device) {
     return (device.is_cpu() ? 0.7 : 0.9) * static_cast<double>(device.info().memory_bytes);
 }
 
@@ -107,7 +109,7 @@ void check_synthesis(const TextureModel& model, Size size, const SynthesisOption
         at_level(k, [&] { check_recursion(joined_planes(model.levels[k].models)); });
 }
 
-class Synthesiser::Impl {
+class [[gnu::visibility("hidden")]] Synthesiser::Impl {
   public:
     Impl(Device& device, const TextureModel& model, Size size, const SynthesisOptions& options)
         : device_(&device.impl()),
@@ -125,7 +127,7 @@ class Synthesiser::Impl {
 
         const std::uint64_t seed = 0;
         {
-            const Device::Impl::Rehearsal rehearsal(*device_);
+            const DeviceImpl::Rehearsal rehearsal(*device_);
             static_cast<void>(grow({&seed, 1}));
         }
         device_->finish();
@@ -314,7 +316,7 @@ class Synthesiser::Impl {
         }
     }
 
-    Device::Impl* device_;
+    DeviceImpl* device_;
     int planes_;    ///< of the picture
     int modelled_;  ///< of the levels
     ColourSpace space_;

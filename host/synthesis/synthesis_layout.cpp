@@ -8,7 +8,7 @@
 #include "host/analysis/pyramid_stages.hpp"
 #include "host/cl/fft.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 using std::size_t;
@@ -116,4 +116,4 @@ double SynthesisLayout::largest(double planes) const {
     return sizeof(float) * planes * floats;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

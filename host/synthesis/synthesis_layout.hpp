@@ -8,7 +8,7 @@
 #include "btfield/synthesis.hpp"
 #include "host/synthesis/recursion_stability.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// How a level is grown.
 enum class LevelRoute {
@@ -51,4 +51,4 @@ class SynthesisLayout {
 
 [[nodiscard]] std::string text(Size size);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/image.hpp"
 
 namespace btfield {
@@ -25,12 +26,12 @@ struct Comparison {
 
 /// Sizes may differ, planes may not.
 /// \throws InputError when the numbers of planes differ or a plane of A is constant.
-[[nodiscard]] Comparison compare(const Image& a, const Image& b);
+[[nodiscard]] BTFIELD_API Comparison compare(const Image& a, const Image& b);
 
 /// How far the histograms are apart: per plane the root mean square over u in (0, 1) of q_A(u) − q_B(u), q
 /// the quantile functions, in units of A's standard deviation (theory 15.4). 0 where both planes hold
 /// the same values in the same proportions. \throws InputError as compare() does.
-[[nodiscard]] std::vector<double> quantile_errors(const Image& a, const Image& b);
+[[nodiscard]] BTFIELD_API std::vector<double> quantile_errors(const Image& a, const Image& b);
 
 /// Spectral decorrelation criterion κ(c) = det(Σ) / cⁿ (P4 eq. 49), n = d planes, Σ the spectral covariance
 /// in units where white is c.
@@ -54,6 +55,6 @@ struct Kappa {
 /// \throws InputError when the picture is empty, a value is NaN or infinite, or cmax or white is not a
 /// positive
 ///         number.
-[[nodiscard]] Kappa kappa(const Image& image, double cmax = 256.0, double white = 1.0);
+[[nodiscard]] BTFIELD_API Kappa kappa(const Image& image, double cmax = 256.0, double white = 1.0);
 
 }  // namespace btfield

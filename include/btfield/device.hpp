@@ -10,11 +10,17 @@
 #include <string_view>
 #include <vector>
 
+#include "btfield/api.hpp"
+
 namespace btfield {
+
+namespace detail {
+class DeviceImpl;
+}
 
 enum class DeviceType { cpu, gpu, accelerator };
 /// "cpu", "gpu", "accelerator".
-[[nodiscard]] std::string_view name(DeviceType type);
+[[nodiscard]] BTFIELD_API std::string_view name(DeviceType type);
 
 struct DeviceInfo {
     std::string platform;
@@ -29,7 +35,7 @@ struct DeviceInfo {
 };
 
 /// Every OpenCL device of every platform, in platform order; empty when there is none.
-[[nodiscard]] std::vector<DeviceInfo> list_devices();
+[[nodiscard]] BTFIELD_API std::vector<DeviceInfo> list_devices();
 
 /// Which FFT computes the transforms.
 enum class FftBackend {
@@ -56,7 +62,7 @@ struct ProfileEntry {
     double seconds = 0.0;
 };
 
-class Device {
+class BTFIELD_API Device {
   public:
     /// \param spec "auto" (a GPU, else a CPU, else anything), "cpu", "gpu", "PLATFORM:DEVICE" (two indices as
     ///        `btfield devices` lists them, or substrings), or a substring of a device name; empty =
@@ -75,12 +81,11 @@ class Device {
     /// Kernel launches since opening.
     [[nodiscard]] std::uint64_t launch_count() const;
 
-    class Impl;
-    /// For the library's own stations.
-    [[nodiscard]] Impl& impl();
+    /// For the library's own rooms.
+    [[nodiscard]] detail::DeviceImpl& impl();
 
   private:
-    std::unique_ptr<Impl> impl_;
+    std::unique_ptr<detail::DeviceImpl> impl_;
 };
 
 }  // namespace btfield

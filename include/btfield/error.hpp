@@ -6,10 +6,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "btfield/api.hpp"
+
 namespace btfield {
 
 /// Base of every error. `what()` is one line, "ASKED: FOUND; REMEDY"; line breaks in the parts become spaces.
-class Error : public std::runtime_error {
+class BTFIELD_API Error : public std::runtime_error {
   public:
     /// \param asked   what the caller wanted ("read 'cork.png'")
     /// \param found   what stood in the way ("the file ends after 120 of 65536 pixels")
@@ -24,13 +26,13 @@ class Error : public std::runtime_error {
 };
 
 /// The request cannot be met: bad picture, invalid model, impossible size, unwritable file (exit code 1).
-class InputError : public Error {
+class BTFIELD_API InputError : public Error {
   public:
     using Error::Error;
 };
 
 /// An OpenCL call, kernel build or allocation failed, or no such device exists (exit code 3).
-class DeviceError : public Error {
+class BTFIELD_API DeviceError : public Error {
   public:
     DeviceError(std::string asked, std::string found, std::string remedy, std::string log = {});
     /// Whole build log of a kernel that did not compile, with .cl file names and lines; empty otherwise.

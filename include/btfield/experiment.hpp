@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/device.hpp"
 #include "btfield/fit.hpp"
 #include "btfield/image.hpp"
@@ -54,7 +55,7 @@ struct ExperimentConfig {
 /// \throws InputError naming the place: no JSON, an unknown or missing key, a value out of range, a list with
 /// a
 ///         value twice.
-[[nodiscard]] ExperimentConfig read_experiment(const std::filesystem::path& path);
+[[nodiscard]] BTFIELD_API ExperimentConfig read_experiment(const std::filesystem::path& path);
 
 /// How far a run has come.
 struct ExperimentProgress {
@@ -70,7 +71,7 @@ struct ExperimentProgress {
 };
 
 /// Processes that share a run. Messages between two processes keep their order.
-class ExperimentRanks {
+class BTFIELD_API ExperimentRanks {
   public:
     ExperimentRanks() = default;
     virtual ~ExperimentRanks() = default;
@@ -114,16 +115,17 @@ struct ExperimentResult : ExperimentProgress {
 /// InputError when a pattern matches nothing or a picture cannot be read, before any work is done; when
 ///         another run writes to the database, the file is no such database, damaged, or cannot be written.
 /// \throws DeviceError when no process can open its device.
-ExperimentResult run_experiment(const ExperimentConfig& config, const std::filesystem::path& database,
-                                const ExperimentRunOptions& options = {});
+BTFIELD_API ExperimentResult run_experiment(const ExperimentConfig& config,
+                                            const std::filesystem::path& database,
+                                            const ExperimentRunOptions& options = {});
 
 /// Lets other ranks return from run_experiment when rank 0 will not call it.
-void dismiss(ExperimentRanks& ranks);
+BTFIELD_API void dismiss(ExperimentRanks& ranks);
 
 /// Joins the databases of shards. A job that several have is taken once: computed before failed, then the
 /// first. \throws InputError as run_experiment; when `output` exists.
-ExperimentResult merge_experiments(const std::vector<std::filesystem::path>& inputs,
-                                   const std::filesystem::path& output);
+BTFIELD_API ExperimentResult merge_experiments(const std::vector<std::filesystem::path>& inputs,
+                                               const std::filesystem::path& output);
 
 /// P4's Table 1: per picture and model the best MEMD* over orders, levels, estimators and seeds; mean and
 /// deviation of these over the pictures of a material, and over all.
@@ -159,15 +161,17 @@ inline constexpr double memd_gap_threshold = 1.0;
 
 /// One table per metric and marginals that the database has, from the jobs it has so far.
 /// \throws InputError when the file is no such database or damaged.
-[[nodiscard]] std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& database);
+[[nodiscard]] BTFIELD_API std::vector<ExperimentTable> experiment_tables(
+    const std::filesystem::path& database);
 
 enum class TableFormat { text, markdown, csv, latex };
-[[nodiscard]] std::string format_tables(const std::vector<ExperimentTable>& tables, TableFormat format);
+[[nodiscard]] BTFIELD_API std::string format_tables(const std::vector<ExperimentTable>& tables,
+                                                    TableFormat format);
 
 /// Writes one HTML page that needs no other file: tables, thumbnails of pictures and best textures, κ, plots
 /// of MEMD* by order and levels. \param most_pictures that are shown one by one \throws InputError as
 /// experiment_tables; when the page cannot be written.
-void write_experiment_report(const std::filesystem::path& database, const std::filesystem::path& page,
-                             int most_pictures = 24);
+BTFIELD_API void write_experiment_report(const std::filesystem::path& database,
+                                         const std::filesystem::path& page, int most_pictures = 24);
 
 }  // namespace btfield

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/device.hpp"
 #include "btfield/image.hpp"
 #include "btfield/lag_covariance.hpp"
@@ -29,15 +30,15 @@ enum class EstimatorChoice {
     maximum_likelihood,
 };
 /// "auto", "ls", "ml".
-[[nodiscard]] std::string_view name(EstimatorChoice choice);
+[[nodiscard]] BTFIELD_API std::string_view name(EstimatorChoice choice);
 
 /// Level gains (theory 12).
 enum class GainMode { match, none };
-[[nodiscard]] std::string_view name(GainMode mode);
+[[nodiscard]] BTFIELD_API std::string_view name(GainMode mode);
 
 /// Marginals (theory 13).
 enum class MarginalMode { match, none };
-[[nodiscard]] std::string_view name(MarginalMode mode);
+[[nodiscard]] BTFIELD_API std::string_view name(MarginalMode mode);
 
 /// Normal-Wishart prior of the CAR estimate (P4 2.1, eq. 2, 5, 7, 12, 13), in units of pixels:
 /// V_xx(0) = strength · diag(C_jj(0)), V_xy(0) = 0, V_yy(0) = 0, as if `strength` pixels with neighbours of
@@ -99,10 +100,10 @@ struct FitOptions {
 };
 
 /// Levels that suit most pictures of this size: the coarsest one keeps at least 32 pixels a side; at most 5.
-[[nodiscard]] int default_levels(Size size, int factor = 2);
+[[nodiscard]] BTFIELD_API int default_levels(Size size, int factor = 2);
 
 /// A picture made ready for any number of fits, which share its planes, pyramids and lag covariances.
-class Analysis {
+class BTFIELD_API Analysis {
   public:
     /// The device must outlive it. \throws InputError when the picture is empty or holds NaN or infinities
     Analysis(Device& device, Image image);
@@ -130,16 +131,18 @@ class Analysis {
 };
 
 /// Analysis(device, image).fit(options).
-[[nodiscard]] TextureModel fit(Device& device, const Image& image, const FitOptions& options = {});
+[[nodiscard]] BTFIELD_API TextureModel fit(Device& device, const Image& image,
+                                           const FitOptions& options = {});
 
 /// Least-squares / Bayesian CAR estimate from lag covariances alone (theory 6.2; P4 eq. 2, 4-7, 12, 13).
-[[nodiscard]] CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind,
-                               const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                               NoiseForm noise, const BayesPrior& prior = {});
+[[nodiscard]] BTFIELD_API CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind,
+                                           const std::vector<Offset>& offsets,
+                                           const std::vector<std::uint8_t>& active, NoiseForm noise,
+                                           const BayesPrior& prior = {});
 
 /// Least-squares MSAR estimate from lag covariances alone (theory 7.3; P4 eq. 30, 31).
-[[nodiscard]] SarModel fit_sar(const LagCovariance& statistic, NeighbourhoodKind kind,
-                               const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                               NoiseForm noise);
+[[nodiscard]] BTFIELD_API SarModel fit_sar(const LagCovariance& statistic, NeighbourhoodKind kind,
+                                           const std::vector<Offset>& offsets,
+                                           const std::vector<std::uint8_t>& active, NoiseForm noise);
 
 }  // namespace btfield

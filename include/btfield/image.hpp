@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "btfield/api.hpp"
+
 namespace btfield {
 
 /// Rows × columns of a lattice.
@@ -31,24 +33,24 @@ enum class ColourSpace {
 };
 
 /// "unspecified", "srgb", "linear", "xyz".
-[[nodiscard]] std::string_view name(ColourSpace space);
+[[nodiscard]] BTFIELD_API std::string_view name(ColourSpace space);
 /// Inverse of name(); throws InputError for any other text.
-[[nodiscard]] ColourSpace colour_space(std::string_view name);
+[[nodiscard]] BTFIELD_API ColourSpace colour_space(std::string_view name);
 
 /// Memory of pictures. From 2 MiB on in huge pages where the system has them: touching fresh memory page by
 /// page takes as long as filling it with texture.
 template <class Value>
-struct PictureAllocator {
+struct BTFIELD_API PictureAllocator {
     using value_type = Value;
     [[nodiscard]] Value* allocate(std::size_t count);
     void deallocate(Value* values, std::size_t count) noexcept;
     friend bool operator==(PictureAllocator, PictureAllocator) { return true; }
 };
-extern template struct PictureAllocator<float>;
+extern template struct BTFIELD_API PictureAllocator<float>;
 
 /// Planar float32 picture, layout [plane][row][column]. A value type.
 /// 8-bit and 16-bit sources are scaled to [0, 1]; float sources keep their values.
-class Image {
+class BTFIELD_API Image {
   public:
     Image() = default;
     /// Zero-filled. Throws InputError when a side or the number of planes is < 1, or the total overflows.

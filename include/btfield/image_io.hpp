@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/image.hpp"
 
 namespace btfield {
@@ -16,11 +17,11 @@ namespace btfield {
 enum class PixelType { uint8, uint16, half, float32 };
 
 /// "uint8", "uint16", "half", "float".
-[[nodiscard]] std::string_view name(PixelType type);
+[[nodiscard]] BTFIELD_API std::string_view name(PixelType type);
 /// Inverse of name(); throws InputError for any other text.
-[[nodiscard]] PixelType pixel_type(std::string_view name);
+[[nodiscard]] BTFIELD_API PixelType pixel_type(std::string_view name);
 /// Bytes of one value.
-[[nodiscard]] int bytes_per_value(PixelType type);
+[[nodiscard]] BTFIELD_API int bytes_per_value(PixelType type);
 
 /// Rectangle in pixels, as `--crop X,Y,W,H` gives it.
 struct Crop {
@@ -39,7 +40,8 @@ struct Picture {
 /// XYZ (or that says so) is ColourSpace::xyz; one or two planes, or more than three, are unspecified.
 /// \throws InputError when the file is missing, empty, truncated, of no known format, holds NaN or infinite
 ///         values inside the crop, or the crop leaves the picture.
-[[nodiscard]] Picture read_picture(const std::filesystem::path& path, std::optional<Crop> crop = {});
+[[nodiscard]] BTFIELD_API Picture read_picture(const std::filesystem::path& path,
+                                               std::optional<Crop> crop = {});
 
 /// What happened to values on the way to the file.
 struct WriteReport {
@@ -52,19 +54,20 @@ struct WriteReport {
 /// PNM). The file appears complete under its name (written beside it, then renamed) or not at all. \throws
 /// InputError when the extension is unknown, the format cannot hold the planes or the type, a value is
 ///         NaN or infinite, or the file cannot be written.
-WriteReport write_picture(const std::filesystem::path& path, const Image& image,
-                          PixelType source = PixelType::uint8, std::optional<PixelType> type = {});
+BTFIELD_API WriteReport write_picture(const std::filesystem::path& path, const Image& image,
+                                      PixelType source = PixelType::uint8,
+                                      std::optional<PixelType> type = {});
 
 /// Throws what write_picture would throw for this name and shape before any work is done (unknown extension,
 /// impossible planes or type, directory missing or unwritable).
-void check_writable(const std::filesystem::path& path, int planes, PixelType source,
-                    std::optional<PixelType> type = {});
+BTFIELD_API void check_writable(const std::filesystem::path& path, int planes, PixelType source,
+                                std::optional<PixelType> type = {});
 
 /// Begins, in the background, what the first picture of any format but PNM needs once in a process: loading
 /// the codecs, a third of a second of processor time. Returns at once; a picture that is read or written
 /// meanwhile waits for the rest, and so does the end of the process. Any number of calls from any threads do
 /// it once. A failure is reported by the read_picture() or write_picture() that needs the codecs. Does
 /// nothing where btfield is a static library: the codecs are part of the program then.
-void preload_picture_formats();
+BTFIELD_API void preload_picture_formats();
 
 }  // namespace btfield

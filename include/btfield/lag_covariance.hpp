@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/image.hpp"
 #include "btfield/neighbourhood.hpp"
 
@@ -14,7 +15,7 @@ namespace btfield {
 
 /// C_ij(s) = mean_r (y_i(r) − μ_i)(y_j(r ⊕ s) − μ_j) for |s1| <= box.row, |s2| <= box.column, on the torus.
 /// Half of the lags are stored (C_ij(−s) = C_ji(s)); float64.
-class LagCovariance {
+class BTFIELD_API LagCovariance {
   public:
     LagCovariance() = default;
     /// All covariances zero.
@@ -58,13 +59,14 @@ class LagCovariance {
 
 /// One pass over the picture. Lags may exceed the picture's sides: they wrap.
 /// \throws InputError when the picture is empty or the box negative.
-[[nodiscard]] LagCovariance lag_covariance(const Image& image, Offset box);
+[[nodiscard]] BTFIELD_API LagCovariance lag_covariance(const Image& image, Offset box);
 
 /// Auto- and cross-covariances at the listed lags only: [lag][i][j], float64, means removed, on the torus.
-[[nodiscard]] std::vector<double> covariances_at(const Image& image, std::span<const Offset> lags);
+[[nodiscard]] BTFIELD_API std::vector<double> covariances_at(const Image& image,
+                                                             std::span<const Offset> lags);
 
 /// Lags that level gains and comparisons look at: (0, 0) and (0, h), (h, 0), (h, h), (h, −h) for h = 1, 2, 4,
 /// 8, 16 as far as h is less than half of both sides.
-[[nodiscard]] std::vector<Offset> probe_lags(Size size);
+[[nodiscard]] BTFIELD_API std::vector<Offset> probe_lags(Size size);
 
 }  // namespace btfield

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/image.hpp"
 
 namespace btfield {
@@ -28,7 +29,7 @@ struct Marginal {
 };
 
 /// q(x).
-[[nodiscard]] double quantile(const Marginal& marginal, double x);
+[[nodiscard]] BTFIELD_API double quantile(const Marginal& marginal, double x);
 
 struct GaussianPlanes {
     Image planes;                     ///< mean 0 and variance 1 per plane to 1e-6, whatever the picture
@@ -41,14 +42,14 @@ struct GaussianPlanes {
 /// non-decreasing ones, then scaled to the plane's exact variance. The same for any number of threads. \param
 /// planes  eigenplanes of a picture (spectral_basis.hpp) \throws InputError when there is no pixel, a plane
 /// is constant, a value is not finite, or knots is not in 4…64
-[[nodiscard]] GaussianPlanes gaussianise(const Image& planes, int knots = default_knots);
+[[nodiscard]] BTFIELD_API GaussianPlanes gaussianise(const Image& planes, int knots = default_knots);
 
 /// Every plane through its marginal. \throws InputError when their numbers differ
-[[nodiscard]] Image map_back(const Image& gaussian, std::span<const Marginal> marginals);
+[[nodiscard]] BTFIELD_API Image map_back(const Image& gaussian, std::span<const Marginal> marginals);
 
 /// \throws InputError naming the first defect: fewer than 4 or more than 64 knots, values that are not finite
 /// or
 ///         that decrease, or none that increases.
-void check(const Marginal& marginal);
+BTFIELD_API void check(const Marginal& marginal);
 
 }  // namespace btfield

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/device.hpp"
 #include "btfield/image.hpp"
 
@@ -23,12 +24,12 @@ enum class Metric {
 };
 
 /// "max", "l1", "l2".
-[[nodiscard]] std::string_view name(Metric metric);
+[[nodiscard]] BTFIELD_API std::string_view name(Metric metric);
 /// Inverse of name(); throws InputError for any other text.
-[[nodiscard]] Metric metric(std::string_view name);
+[[nodiscard]] BTFIELD_API Metric metric(std::string_view name);
 
 /// Largest distance of two colours in units 0…255: 255 for max, 255 d for l1, 255 √d for l2.
-[[nodiscard]] double memd_max(Metric metric, int planes);
+[[nodiscard]] BTFIELD_API double memd_max(Metric metric, int planes);
 
 /// How nearest pixels are found. Results are equal to the bit, times are not.
 enum class MemdSearch {
@@ -68,12 +69,14 @@ struct Memd {
 /// root; the mean is summed in float64 in raster order. \throws InputError when planes differ, a picture is
 /// empty, a value is NaN, infinite or beyond 10¹⁵ units, or
 ///         the white level is not a positive number.
-[[nodiscard]] Memd memd(Device& device, const Image& a, const Image& b, const MemdOptions& options);
-[[nodiscard]] Memd memd(Device& device, const Image& a, const Image& b, Metric metric = Metric::max);
+[[nodiscard]] BTFIELD_API Memd memd(Device& device, const Image& a, const Image& b,
+                                    const MemdOptions& options);
+[[nodiscard]] BTFIELD_API Memd memd(Device& device, const Image& a, const Image& b,
+                                    Metric metric = Metric::max);
 
 /// One reference A held against many candidates: A's colours are prepared once, and stay on a device that
 /// searches.
-class MemdReference {
+class BTFIELD_API MemdReference {
   public:
     MemdReference(Device& device, const Image& a, const MemdOptions& options = {});
     ~MemdReference();

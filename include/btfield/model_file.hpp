@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "btfield/api.hpp"
 #include "btfield/models.hpp"
 
 namespace btfield {
@@ -17,20 +18,21 @@ inline constexpr int model_format_version = 1;
 /// \throws InputError for a missing, empty, truncated or malformed file, an unknown major version, a missing
 /// key, a
 ///         non-finite number, a wrong array size, or whatever check() refuses.
-[[nodiscard]] TextureModel read_model(const std::filesystem::path& path);
+[[nodiscard]] BTFIELD_API TextureModel read_model(const std::filesystem::path& path);
 
 /// Writes a model; the file appears complete or not at all.
 /// \throws InputError when check() refuses the model or the file cannot be written.
-void write_model(const std::filesystem::path& path, const TextureModel& model);
+BTFIELD_API void write_model(const std::filesystem::path& path, const TextureModel& model);
 
 /// Throws what write_model would throw for this name before any work is done (folder missing or unwritable).
-void check_model_writable(const std::filesystem::path& path);
+BTFIELD_API void check_model_writable(const std::filesystem::path& path);
 
 /// The schema without a file, as JSON text.
-[[nodiscard]] std::string to_json(const TextureModel& model);
+[[nodiscard]] BTFIELD_API std::string to_json(const TextureModel& model);
 /// Inverse of to_json; takes the bytes of a CBOR model too.
 /// \throws InputError as read_model
 /// \param source what to call the text in error messages
-[[nodiscard]] TextureModel from_json(const std::string& text, const std::string& source = "model");
+[[nodiscard]] BTFIELD_API TextureModel from_json(const std::string& text,
+                                                 const std::string& source = "model");
 
 }  // namespace btfield

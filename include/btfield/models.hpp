@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/image.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/marginals.hpp"
@@ -58,24 +59,24 @@ struct MaModel : LinearField {};
 using Model = std::variant<CarModel, SarModel, MrfModel, MaModel>;
 
 /// The linear part of whichever model it is.
-[[nodiscard]] const LinearField& linear_field(const Model& model);
+[[nodiscard]] BTFIELD_API const LinearField& linear_field(const Model& model);
 
 /// The ten models of P4 section 2: 2D ones are d independent single-plane models of the KLT planes, 3D ones
 /// one model of all planes.
 enum class ModelKind { car2d, car3d, ma2d, ma3d, msar2d, msar3d, mmrf2d, mmrf3d, pmrf2d, pmrf3d };
 /// All of them, in the order above.
-[[nodiscard]] std::span<const ModelKind> model_kinds();
+[[nodiscard]] BTFIELD_API std::span<const ModelKind> model_kinds();
 /// "2d-car", "3d-car", "2d-ma", …
-[[nodiscard]] std::string_view name(ModelKind kind);
+[[nodiscard]] BTFIELD_API std::string_view name(ModelKind kind);
 /// Inverse of name(); throws InputError for any other text, listing those that exist.
-[[nodiscard]] ModelKind model_kind(std::string_view name);
-[[nodiscard]] bool is_2d(ModelKind kind);
+[[nodiscard]] BTFIELD_API ModelKind model_kind(std::string_view name);
+[[nodiscard]] BTFIELD_API bool is_2d(ModelKind kind);
 
 /// What ModelKind leaves when the number of dimensions is set aside.
 enum class Family { car, ma, msar, mmrf, pmrf };
-[[nodiscard]] Family family(ModelKind kind);
+[[nodiscard]] BTFIELD_API Family family(ModelKind kind);
 /// The field as a model of the family.
-[[nodiscard]] Model model_of(Family family, LinearField field);
+[[nodiscard]] BTFIELD_API Model model_of(Family family, LinearField field);
 
 /// How a level was estimated.
 enum class Estimator {
@@ -84,13 +85,13 @@ enum class Estimator {
     random_decrement,  ///< of moving averages (P4 2.3, 2.4)
 };
 /// "ls", "ml", "rd".
-[[nodiscard]] std::string_view name(Estimator estimator);
-[[nodiscard]] Estimator estimator(std::string_view name);
+[[nodiscard]] BTFIELD_API std::string_view name(Estimator estimator);
+[[nodiscard]] BTFIELD_API Estimator estimator(std::string_view name);
 
 enum class NoiseForm { full, diagonal };
 /// "full", "diagonal".
-[[nodiscard]] std::string_view name(NoiseForm form);
-[[nodiscard]] NoiseForm noise_form(std::string_view name);
+[[nodiscard]] BTFIELD_API std::string_view name(NoiseForm form);
+[[nodiscard]] BTFIELD_API NoiseForm noise_form(std::string_view name);
 
 /// What the spectrum of one level's model says about it.
 struct Certificate {
@@ -162,21 +163,21 @@ struct TextureModel {
 };
 
 /// Planes that the levels model: rows of T, or the picture's planes where there is no T.
-[[nodiscard]] int modelled_planes(const TextureModel& model);
+[[nodiscard]] BTFIELD_API int modelled_planes(const TextureModel& model);
 
 /// Numbers that the file must store to synthesise: coefficients, Σ (its free entries), gains, means, T (its
 /// free entries, as rotations) and the marginals' knots.
-[[nodiscard]] std::size_t parameter_count(const TextureModel& model);
+[[nodiscard]] BTFIELD_API std::size_t parameter_count(const TextureModel& model);
 /// Those of a level: free coefficients and free entries of Σ, without the gain.
-[[nodiscard]] std::size_t parameter_count(const LevelModel& level, NoiseForm noise);
+[[nodiscard]] BTFIELD_API std::size_t parameter_count(const LevelModel& level, NoiseForm noise);
 
 /// True when every level's certificate is valid.
-[[nodiscard]] bool is_valid(const TextureModel& model);
+[[nodiscard]] BTFIELD_API bool is_valid(const TextureModel& model);
 
 /// \throws InputError naming the first defect: sizes that disagree, non-finite numbers, duplicate or zero
 /// offsets,
 ///         offsets that CAR cannot have, a Σ that is not symmetric positive definite, negative gains, no
 ///         level.
-void check(const TextureModel& model);
+BTFIELD_API void check(const TextureModel& model);
 
 }  // namespace btfield

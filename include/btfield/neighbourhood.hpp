@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "btfield/api.hpp"
+
 namespace btfield {
 
 /// Offset s = (row, column), stored as it is applied: y(r ⊕ s).
@@ -26,18 +28,18 @@ enum class NeighbourhoodKind {
 };
 
 /// "symmetric", "half", "causal", "unilateral", "custom".
-[[nodiscard]] std::string_view name(NeighbourhoodKind kind);
+[[nodiscard]] BTFIELD_API std::string_view name(NeighbourhoodKind kind);
 /// Inverse of name(); throws InputError for any other text.
-[[nodiscard]] NeighbourhoodKind neighbourhood_kind(std::string_view name);
+[[nodiscard]] BTFIELD_API NeighbourhoodKind neighbourhood_kind(std::string_view name);
 
 inline constexpr int max_order = 8;
 
 /// Offsets s != 0 with s1² + s2² <= q(order), q = 1, 2, 4, 5, 8, 9, 10, 13, in raster order.
 /// \throws InputError when order is outside 1..8 or kind is custom.
-[[nodiscard]] std::vector<Offset> neighbourhood(int order, NeighbourhoodKind kind);
+[[nodiscard]] BTFIELD_API std::vector<Offset> neighbourhood(int order, NeighbourhoodKind kind);
 
 /// Largest |row| and |column| among differences of two offsets of the set, the centre included: the box of
 /// lags that a fit on this support reads.
-[[nodiscard]] Offset difference_box(const std::vector<Offset>& offsets);
+[[nodiscard]] BTFIELD_API Offset difference_box(const std::vector<Offset>& offsets);
 
 }  // namespace btfield

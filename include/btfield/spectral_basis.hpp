@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/image.hpp"
 #include "btfield/lag_covariance.hpp"
 
@@ -31,29 +32,30 @@ inline constexpr double smallest_relative_variance = 1e-8;
 /// The basis of a picture, in float64: T diagonalises Σ_Y = E[(Y − μ)(Y − μ)ᵀ]. Each eigenvector's component
 /// of largest magnitude is positive, the first of equals, so that a fit is reproducible. \throws InputError
 /// when the picture is empty, constant, or holds a NaN or infinity
-[[nodiscard]] SpectralBasis spectral_basis(const Image& image);
+[[nodiscard]] BTFIELD_API SpectralBasis spectral_basis(const Image& image);
 
 /// T (Y − μ), float64 arithmetic stored as float32: r eigenplanes, colour space `unspecified`.
 /// \throws InputError when the numbers of planes differ
-[[nodiscard]] Image to_eigenplanes(const SpectralBasis& basis, const Image& image);
+[[nodiscard]] BTFIELD_API Image to_eigenplanes(const SpectralBasis& basis, const Image& image);
 
 /// Tᵀ M + μ, the reverse: d planes of this colour space. Gives the picture back to float rounding.
 /// \throws InputError when the picture has not r planes
-[[nodiscard]] Image from_eigenplanes(const SpectralBasis& basis, const Image& eigenplanes, ColourSpace space);
+[[nodiscard]] BTFIELD_API Image from_eigenplanes(const SpectralBasis& basis, const Image& eigenplanes,
+                                                 ColourSpace space);
 
 /// T C(s) Tᵀ at every lag: the statistic of the eigenplanes from that of the picture (theory 5.3).
 /// \throws InputError when the numbers of planes differ
-[[nodiscard]] LagCovariance turned(const SpectralBasis& basis, const LagCovariance& statistic);
+[[nodiscard]] BTFIELD_API LagCovariance turned(const SpectralBasis& basis, const LagCovariance& statistic);
 
 /// Tᵀ C(s) T of covariances [lag][i][j], r × r a lag → d × d a lag: those of the picture from those of its
 /// eigenplanes.
 /// \throws InputError when the number of values is not a multiple of r²
-[[nodiscard]] std::vector<double> turned_back(const SpectralBasis& basis,
-                                              std::span<const double> covariances);
+[[nodiscard]] BTFIELD_API std::vector<double> turned_back(const SpectralBasis& basis,
+                                                          std::span<const double> covariances);
 
 /// \throws InputError naming the first defect: sizes that disagree, numbers that are not finite, rows that
 /// are not
 ///         orthonormal to 1e-9.
-void check(const SpectralBasis& basis);
+BTFIELD_API void check(const SpectralBasis& basis);
 
 }  // namespace btfield

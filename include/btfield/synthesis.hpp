@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/device.hpp"
 #include "btfield/image.hpp"
 #include "btfield/models.hpp"
@@ -48,11 +49,11 @@ struct SynthesisOptions {
 /// \throws InputError when a certificate fails (unless allowed), a side is < 1 or too long, or raster is
 /// asked of
 ///         a model that is not CAR or whose recursion is not stable
-void check_synthesis(const TextureModel& model, Size size, const SynthesisOptions& options = {});
+BTFIELD_API void check_synthesis(const TextureModel& model, Size size, const SynthesisOptions& options = {});
 
 /// Holds plans and per-frequency factors for one model and size; textures of a seed or a batch of seeds reuse
 /// them.
-class Synthesiser {
+class BTFIELD_API Synthesiser {
   public:
     /// \throws InputError as check_synthesis() does; DeviceError when the device's memory cannot hold the
     /// work:

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "btfield/api.hpp"
 #include "btfield/image.hpp"
 #include "btfield/models.hpp"
 #include "btfield/neighbourhood.hpp"
@@ -15,10 +16,10 @@ namespace btfield {
 /// Covariances of a texture of this size under the model: levels on their own tori, expanded, with their
 /// gains, averaged over positions. [lag][i][j]. The mean of the field is taken as known. \throws InputError
 /// when the size is not positive.
-[[nodiscard]] std::vector<double> theoretical_covariance(const TextureModel& model, Size size,
-                                                         std::span<const Offset> lags);
+[[nodiscard]] BTFIELD_API std::vector<double> theoretical_covariance(const TextureModel& model, Size size,
+                                                                     std::span<const Offset> lags);
 
 /// Square roots of the diagonal of theoretical_covariance at lag 0: the standard deviation per plane.
-[[nodiscard]] std::vector<double> theoretical_deviation(const TextureModel& model, Size size);
+[[nodiscard]] BTFIELD_API std::vector<double> theoretical_deviation(const TextureModel& model, Size size);
 
 }  // namespace btfield

@@ -10,6 +10,9 @@
 #include "tests/reference/plane_restorer.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 // Integrals over ±9 deviations (beyond: 1e-19) by the trapezoidal rule at h = 0.002: kinks leave h²/12 times

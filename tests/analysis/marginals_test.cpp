@@ -19,6 +19,9 @@
 #include "tests/reference/plane_restorer.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 double variance(const Image& image, int plane) {

@@ -12,6 +12,9 @@
 #include "tests/reference/pyramid.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 double largest(std::span<const float> values) {

@@ -10,6 +10,9 @@
 #include <vector>
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 std::vector<float> pixels(std::size_t count, int levels) {

@@ -16,6 +16,9 @@
 #include "tests/reference/lag_covariance.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 /// Planes that correlate, with means of their own.

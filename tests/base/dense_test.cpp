@@ -6,6 +6,9 @@
 #include <limits>
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();

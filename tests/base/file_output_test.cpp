@@ -17,6 +17,9 @@
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -10,6 +10,9 @@
 #include <vector>
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using std::size_t;

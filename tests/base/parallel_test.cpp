@@ -10,6 +10,9 @@
 #include <vector>
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 TEST(Parallel, RunsEveryBlockOnce) {

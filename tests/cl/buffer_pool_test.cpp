@@ -8,6 +8,9 @@
 #include "tests/device_cases.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 constexpr std::size_t largest = std::size_t{1} << 20;

@@ -194,7 +194,7 @@ TEST(Device, TwoDevicesCoexist) {
 
 TEST(Device, LaunchRefusesWrongArgumentsAndEmptyRanges) {
     Device device;
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     cl::Kernel& kernel = impl.kernel("noise", "philox_block", impl.lanes());
     const Buffer words = impl.buffer(256), counters = impl.buffer(256);
     const auto error = [&](auto&& launch) -> std::string {
@@ -233,7 +233,7 @@ TEST(Device, LaunchRefusesWrongArgumentsAndEmptyRanges) {
 
 TEST(Device, MissingKernelsAndProgramsAreNamed) {
     Device device;
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     EXPECT_THROW(impl.kernel("abacus", "count", impl.lanes()), DeviceError);
     try {
         impl.kernel("noise", "abacus", impl.lanes());
@@ -247,7 +247,7 @@ TEST(Device, MissingKernelsAndProgramsAreNamed) {
 
 TEST(Device, CopiesStayInsideTheirBuffers) {
     Device device;
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     const std::vector<float> values{1.0F, 2.0F, 3.0F, 4.0F};
     const Buffer buffer = impl.upload(values);
     std::vector<float> back(2);
@@ -277,7 +277,7 @@ TEST(Device, ProfileSumsLaunchesByKernel) {
     EXPECT_TRUE(device.take_profile().empty());
     launch_something(device);
     launch_something(device);
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     const Buffer field = impl.buffer(sizeof(float) << 20), keys = test::upload_seeds(device, {1});
     impl.launch(impl.kernel("noise", "normal_field", impl.lanes()),
                 {(1 << 14) / static_cast<std::size_t>(device.vector_width()), 16}, Grain::fine, field, keys,

@@ -13,6 +13,9 @@
 #include "tests/reference/noise.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Complex = std::complex<double>;

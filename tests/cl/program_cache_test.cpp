@@ -11,6 +11,9 @@
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Statistics = ProgramCache::Statistics;

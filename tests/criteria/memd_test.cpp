@@ -23,6 +23,9 @@
 #include "tests/reference/memd.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 constexpr std::array metrics{Metric::max, Metric::l1, Metric::l2};

@@ -13,6 +13,9 @@
 #include "tests/experiment_cases.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using nlohmann::json;

@@ -20,6 +20,9 @@
 #include "tests/run_program.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 namespace fs = std::filesystem;

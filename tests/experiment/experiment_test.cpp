@@ -22,6 +22,9 @@
 #include "tests/full_disk.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 namespace fs = std::filesystem;

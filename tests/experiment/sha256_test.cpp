@@ -10,6 +10,9 @@
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 TEST(Sha256, PublishedVectors) {

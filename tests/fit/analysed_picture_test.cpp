@@ -10,6 +10,9 @@
 #include "tests/device_cases.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 Device& device() {

@@ -16,6 +16,9 @@
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 /// Prediction errors of the field on the picture's torus, means removed: [plane][pixel].

@@ -15,6 +15,9 @@
 #include "tests/reference/lag_covariance.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 /// One expansion on the torus as a matrix, one axis: z(r) = Σ_q n w(r − n q) y(q).

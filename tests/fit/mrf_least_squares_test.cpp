@@ -17,6 +17,9 @@
 #include "tests/reference/spectral_factor.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Complex = std::complex<double>;

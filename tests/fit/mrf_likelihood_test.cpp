@@ -15,6 +15,9 @@
 #include "tests/reference/markov.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Eigen::Index;

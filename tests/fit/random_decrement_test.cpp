@@ -20,6 +20,9 @@
 #include "tests/reference/moving_average_covariance.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 /// P4 2.3, 2.4 as it is written: every pixel is asked, float64.

@@ -18,6 +18,9 @@
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Eigen::Index;

@@ -23,6 +23,9 @@
 #include "tests/linear_field_cases.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using std::size_t;

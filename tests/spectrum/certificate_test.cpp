@@ -13,6 +13,9 @@
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 Certificate certified(const LinearField& field, const LagCovariance& data) {

@@ -9,6 +9,9 @@
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 struct Case {

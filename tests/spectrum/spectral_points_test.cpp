@@ -11,6 +11,9 @@
 #include "host/spectrum/local_lambda.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Eigen::MatrixXcd;

@@ -19,6 +19,9 @@
 #include "tests/reference/causal_recursion.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Schedule = CausalRecursion::Schedule;

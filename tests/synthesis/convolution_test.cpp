@@ -17,6 +17,9 @@
 #include "tests/reference/moving_average.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Reads = Convolution::Reads;
@@ -34,7 +37,7 @@ struct Drawn {
 
 Drawn draw(Device& device, const LinearField& field, Size size, const std::vector<double>& mean, Reads reads,
            const std::vector<std::uint64_t>& seeds) {
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     const int batch = static_cast<int>(seeds.size());
     const std::size_t count = area(size) * static_cast<std::size_t>(field.planes) * seeds.size();
     std::vector<float> values(count + 64, std::numeric_limits<float>::quiet_NaN());

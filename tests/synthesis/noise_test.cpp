@@ -13,6 +13,9 @@
 #include "tests/reference/noise.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using Words = std::array<std::uint32_t, 4>;
@@ -77,7 +80,7 @@ TEST_P(NoiseSmall, PhiloxGivesThePublishedWords) {
          {0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}},
     };
     constexpr std::size_t count = 48;
-    Device::Impl& impl = device_.impl();
+    DeviceImpl& impl = device_.impl();
     for (const Vector& v : published) {
         EXPECT_EQ(reference::philox4x32_10(v.counter, v.key), v.words);
         // Every third lane has the published counter, the others have neighbours of it: lanes must not mix.

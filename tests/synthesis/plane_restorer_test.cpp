@@ -14,6 +14,9 @@
 #include "tests/reference/plane_restorer.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 /// Rows of a random orthogonal matrix, and a mean.
@@ -203,7 +206,7 @@ TEST(PlaneRestorerWidths, TheHostMapsAlike) {
 
 TEST(PlaneRestorerWidths, RefuseWhatDoesNotBelongTogether) {
     Device device;
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     const SpectralBasis basis = random_basis(2, 3);
     EXPECT_THROW(PlaneRestorer(impl, basis, random_marginals(3, 16)), InputError);
     std::vector<Marginal> marginals = random_marginals(2, 16);

@@ -165,7 +165,7 @@ struct Roots {
 };
 
 Roots hermitian_roots(Device& device, const Matrices& m) {
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     const std::size_t bytes = m.re.size() * sizeof(float);
     const Buffer re = impl.upload(m.re), im = impl.upload(m.im);
     const Buffer rr = impl.buffer(bytes), ri = impl.buffer(bytes), vr = impl.buffer(bytes),
@@ -182,7 +182,7 @@ Roots hermitian_roots(Device& device, const Matrices& m) {
 /// hermitian_root_factors or general_solves: matrices and one real matrix in, matrices out.
 Matrices with_right_side(Device& device, const char* name, const Matrices& m, const MatrixXd& right,
                          int factor = 1) {
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     const std::size_t bytes = m.re.size() * sizeof(float);
     const Buffer re = impl.upload(m.re), im = impl.upload(m.im), b = impl.upload(packed(right));
     const Buffer fr = impl.buffer(bytes), fi = impl.buffer(bytes);
@@ -311,7 +311,7 @@ struct LatticeFactors {
 LatticeFactors lattice_factors(Device& device, const std::vector<Offset>& offsets,
                                const std::vector<MatrixXd>& steps, const MatrixXd& root, Size lattice,
                                int factor) {
-    Device::Impl& impl = device.impl();
+    DeviceImpl& impl = device.impl();
     const Index d = root.rows();
     const int pitch = spectrum_pitch(lattice.height);
     std::vector<float> coefficients, rows;

@@ -18,6 +18,9 @@
 #include "tests/linear_field_cases.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using std::size_t;

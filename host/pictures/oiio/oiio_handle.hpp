@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Takes the pending message, which OpenImageIO would print if nobody did.
 struct DropMessage {
@@ -25,4 +25,4 @@ std::string message_of(Codec& codec, const char* otherwise) {
     return message.empty() ? otherwise : message;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

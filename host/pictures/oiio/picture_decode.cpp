@@ -19,7 +19,7 @@
 #include "host/pictures/oiio/oiio_handle.hpp"
 #include "host/pictures/oiio/png_frame.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 constexpr const char* use_a_complete_file = "give a complete and undamaged file";
@@ -235,4 +235,4 @@ Picture decode_picture(const std::filesystem::path& path, PictureFormat format,
     return picture;
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -10,7 +10,7 @@
 #include "btfield/image_io.hpp"
 #include "host/pictures/picture_format.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Reads the crop of a file that is known to be of the format. Values are not looked at.
 /// \param file_bytes  size of the file, against headers that claim more than it can hold
@@ -19,4 +19,4 @@ namespace btfield {
                                      const std::optional<Crop>& crop, std::uintmax_t file_bytes,
                                      const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail

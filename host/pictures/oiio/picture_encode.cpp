@@ -16,7 +16,7 @@
 #include "host/pictures/oiio/oiio_handle.hpp"
 #include "host/pictures/pixel_values.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 // As much as any codec's block, at little memory.
@@ -211,4 +211,4 @@ void encode_picture(const std::filesystem::path& path, const Image& image, const
     }
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

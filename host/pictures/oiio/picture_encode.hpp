@@ -9,7 +9,7 @@
 #include "btfield/image.hpp"
 #include "host/pictures/picture_format.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Writes all planes; integer types clamp to [0, 1], HDR clamps to [0, ∞). Values must be finite and fit the
 /// type.
@@ -17,4 +17,4 @@ namespace btfield {
 void encode_picture(const std::filesystem::path& path, const Image& image, const Storage& storage,
                     const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail

@@ -1,6 +1,7 @@
 #include "host/pictures/picture_codec.hpp"
 
-extern "C" const btfield::PictureCodec* btfield_picture_codec() {
-    static constexpr btfield::PictureCodec codec{&btfield::decode_picture, &btfield::encode_picture};
+extern "C" const btfield::detail::PictureCodec* btfield_picture_codec() {
+    static constexpr btfield::detail::PictureCodec codec{&btfield::detail::decode_picture,
+                                                         &btfield::detail::encode_picture};
     return &codec;
 }

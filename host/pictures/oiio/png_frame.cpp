@@ -10,7 +10,7 @@
 
 #include "btfield/error.hpp"
 
-namespace btfield {
+namespace btfield::detail {
 namespace {
 
 constexpr const char* use_a_complete_file = "give a complete and undamaged file";
@@ -108,4 +108,4 @@ std::string checked_png(const std::filesystem::path& path, const std::string& as
     throw InputError(asked, "it ends before its end mark", use_a_complete_file);
 }
 
-}  // namespace btfield
+}  // namespace btfield::detail

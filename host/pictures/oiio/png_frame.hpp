@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <string>
 
-namespace btfield {
+namespace btfield::detail {
 
 /// Bytes of a complete PNG with only the chunks that decide about pixel values, and its texts.
 /// \throws InputError when the file ends early, a chunk's checksum is wrong, or the header is impossible.
 [[nodiscard]] std::string checked_png(const std::filesystem::path& path, const std::string& asked);
 
-}  // namespace btfield
+}  // namespace btfield::detail
