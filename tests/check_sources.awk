@@ -2,6 +2,7 @@
 # FILE:LINE: WHAT: WHY; the exit status is 1 when there is any. Bytes, not characters: run it with LC_ALL=C.
 #   - a "theory N.M" is a heading of docs/theory.md, and every document that is mentioned exists;
 #   - rooms include rooms that stand before them in BTFIELD_ROOMS of CMakeLists.txt, or themselves: see CONTRIBUTING.md;
+#   - \param, \return and \throws begin their lines; comments end at column 110 at the latest, in kernels at 128.
 
 BEGIN {
     rooms = ""
@@ -97,10 +98,21 @@ function check_include(text,    part, stem, room) {
                room_list[own] " stands before " room " in BTFIELD_ROOMS and includes only what stands before itself")
 }
 
+function check_comment(text, widest) {
+    gsub(/[\200-\277]/, "", text)  # all bytes of a character but the first
+    if (length(text) > widest)
+        defect(FILENAME, FNR, "a comment of " length(text) " columns", "comments end at column " widest " at the latest")
+    sub(/^ *\/\/+<? *(\\[a-z]+)?/, "", text)
+    if (match(text, /\\(param|tparam|return|throws)( |$)/))
+        defect(FILENAME, FNR, "a \\param, \\return or \\throws inside a line", "each begins a line of its own")
+}
+
 /theory [0-9]|Theory [0-9]/ { check_citations($0) }
 /\.md/ { check_documents($0) }
 /(^|[^A-Z_])(MODEL[S]|DESIG[N]|LAYOU[T])([^A-Z_]|$)/ {
     defect(FILENAME, FNR, "cites a document that the repository lacks", "docs/theory.md is cited as theory N.M")
 }
 /^# *include/ { check_include($0) }
+/^ *\/\// && FILENAME ~ /\.[hc]pp$/ { check_comment($0, 110) }
+/^ *\/\// && FILENAME ~ /\.clh?$/ { check_comment($0, 128) }
 END { exit failed }

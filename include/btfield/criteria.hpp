@@ -11,7 +11,8 @@
 
 namespace btfield {
 
-/// First- and second-order statistics of B held against those of the reference A.
+/// First- and second-order statistics of B held against those of the reference A (theory 15.3), in the units
+/// of the pictures' values.
 struct Comparison {
     struct Plane {
         std::array<double, 2> mean{}, std{};
@@ -25,16 +26,17 @@ struct Comparison {
 };
 
 /// Sizes may differ, planes may not.
-/// \throws InputError when the numbers of planes differ or a plane of A is constant.
+/// \throws InputError when a picture is empty, the numbers of planes differ or a plane of A is constant
 [[nodiscard]] BTFIELD_API Comparison compare(const Image& a, const Image& b);
 
 /// How far the histograms are apart: per plane the root mean square over u in (0, 1) of q_A(u) − q_B(u), q
-/// the quantile functions, in units of A's standard deviation (theory 15.4). 0 where both planes hold
-/// the same values in the same proportions. \throws InputError as compare() does.
+/// the quantile functions, in units of A's standard deviation (theory 15.4). 0 where both planes hold the
+/// same values in the same proportions. Sizes may differ.
+/// \throws InputError as compare() does
 [[nodiscard]] BTFIELD_API std::vector<double> quantile_errors(const Image& a, const Image& b);
 
-/// Spectral decorrelation criterion κ(c) = det(Σ) / cⁿ (P4 eq. 49), n = d planes, Σ the spectral covariance
-/// in units where white is c.
+/// Spectral decorrelation criterion κ(c) = det(Σ) / cⁿ (theory 15.1; P4 eq. 49), n = d planes, Σ the spectral
+/// covariance in units where white is c.
 struct Kappa {
     double kappa = 0.0;
     double cmax = 256.0;
@@ -53,8 +55,7 @@ struct Kappa {
 /// \param cmax  c, the largest value of a plane in the units of Σ
 /// \param white value in the picture that is c: 1 for pictures in [0, 1], the white level for HDR
 /// \throws InputError when the picture is empty, a value is NaN or infinite, or cmax or white is not a
-/// positive
-///         number.
+///     positive number
 [[nodiscard]] BTFIELD_API Kappa kappa(const Image& image, double cmax = 256.0, double white = 1.0);
 
 }  // namespace btfield

@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// An OpenCL device, opened once and passed to whatever computes on it. No globals: two can coexist.
+/// An OpenCL device, opened once and passed to whatever computes on it. No globals: two can coexist. One is
+/// for one thread at a time (docs/library.md).
 
 #include <cstdint>
 #include <filesystem>
@@ -65,9 +66,10 @@ struct ProfileEntry {
 class BTFIELD_API Device {
   public:
     /// \param spec "auto" (a GPU, else a CPU, else anything), "cpu", "gpu", "PLATFORM:DEVICE" (two indices as
-    ///        `btfield devices` lists them, or substrings), or a substring of a device name; empty =
-    ///        $BTFIELD_DEVICE, else "auto".
-    /// \throws DeviceError when nothing matches, listing what there is.
+    ///     `btfield devices` lists them, or substrings), or a substring of a device name; empty =
+    ///     $BTFIELD_DEVICE, else "auto"
+    /// \throws DeviceError when nothing matches, listing what there is
+    /// \throws InputError for a vector width that does not exist
     explicit Device(std::string_view spec = {}, const DeviceOptions& options = {});
     ~Device();
     Device(Device&&) noexcept;

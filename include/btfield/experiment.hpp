@@ -28,7 +28,7 @@ struct ExperimentPictures {
     /// Paths and glob patterns (* ? [...]), relative to ExperimentConfig::folder.
     std::vector<std::string> files;
     std::optional<Crop> crop;
-    /// Value that is 255 units for κ and MEMD: the white level of HDR pictures.
+    /// Value that is white, 256 units of κ and 255 of MEMD: the white level of HDR pictures.
     double white = 1.0;
 };
 
@@ -53,8 +53,7 @@ struct ExperimentConfig {
 
 /// Reads and checks a configuration against its schema (docs/experiment.schema.json).
 /// \throws InputError naming the place: no JSON, an unknown or missing key, a value out of range, a list with
-/// a
-///         value twice.
+///     a value twice
 [[nodiscard]] BTFIELD_API ExperimentConfig read_experiment(const std::filesystem::path& path);
 
 /// How far a run has come.
@@ -62,8 +61,8 @@ struct ExperimentProgress {
     std::uint64_t jobs = 0;     ///< of this run: the whole experiment or its shard
     std::uint64_t done = 0;     ///< computed in this run
     std::uint64_t refused = 0;  ///< no such model or texture for that picture, found in this run
-    std::uint64_t failed =
-        0;  ///< stopped by the surroundings: picture gone, device failure; the next run retries
+    /// Stopped by the surroundings: picture gone, device failure; the next run retries.
+    std::uint64_t failed = 0;
     std::uint64_t skipped = 0;  ///< in the database before the run
     double seconds = 0.0;
     /// What goes on now: "read 3 pictures", "jobs", "textures".
@@ -111,10 +110,10 @@ struct ExperimentResult : ExperimentProgress {
 
 /// Runs what the database lacks. Rows are committed fit by fit; a run that ends at any moment, by whatever
 /// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
-/// alone opens the database and returns the result of all; other ranks return an empty one. \throws
-/// InputError when a pattern matches nothing or a picture cannot be read, before any work is done; when
-///         another run writes to the database, the file is no such database, damaged, or cannot be written.
-/// \throws DeviceError when no process can open its device.
+/// alone opens the database and returns the result of all; other ranks return an empty one.
+/// \throws InputError when a pattern matches nothing or a picture cannot be read, before any work is done;
+///     when another run writes to the database, the file is no such database, damaged, or cannot be written
+/// \throws DeviceError when no process can open its device
 BTFIELD_API ExperimentResult run_experiment(const ExperimentConfig& config,
                                             const std::filesystem::path& database,
                                             const ExperimentRunOptions& options = {});
@@ -123,12 +122,13 @@ BTFIELD_API ExperimentResult run_experiment(const ExperimentConfig& config,
 BTFIELD_API void dismiss(ExperimentRanks& ranks);
 
 /// Joins the databases of shards. A job that several have is taken once: computed before failed, then the
-/// first. \throws InputError as run_experiment; when `output` exists.
+/// first.
+/// \throws InputError as run_experiment; when `output` exists
 BTFIELD_API ExperimentResult merge_experiments(const std::vector<std::filesystem::path>& inputs,
                                                const std::filesystem::path& output);
 
 /// P4's Table 1: per picture and model the best MEMD* over orders, levels, estimators and seeds; mean and
-/// deviation of these over the pictures of a material, and over all.
+/// deviation of these over the pictures of a material, and over all. Percent of the largest MEMD.
 struct ExperimentTable {
     struct Cell {
         int pictures = 0;        ///< that the model gave a texture for
@@ -160,7 +160,7 @@ struct ExperimentTable {
 inline constexpr double memd_gap_threshold = 1.0;
 
 /// One table per metric and marginals that the database has, from the jobs it has so far.
-/// \throws InputError when the file is no such database or damaged.
+/// \throws InputError when the file is no such database or damaged
 [[nodiscard]] BTFIELD_API std::vector<ExperimentTable> experiment_tables(
     const std::filesystem::path& database);
 
@@ -169,8 +169,9 @@ enum class TableFormat { text, markdown, csv, latex };
                                                     TableFormat format);
 
 /// Writes one HTML page that needs no other file: tables, thumbnails of pictures and best textures, κ, plots
-/// of MEMD* by order and levels. \param most_pictures that are shown one by one \throws InputError as
-/// experiment_tables; when the page cannot be written.
+/// of MEMD* by order and levels.
+/// \param most_pictures that are shown one by one
+/// \throws InputError as experiment_tables; when the page cannot be written
 BTFIELD_API void write_experiment_report(const std::filesystem::path& database,
                                          const std::filesystem::path& page, int most_pictures = 24);
 

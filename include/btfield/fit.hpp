@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// From a picture to a model.
+/// From a picture to a model (theory 2 to 13).
 
 #include <functional>
 #include <memory>
@@ -23,8 +23,7 @@ namespace btfield {
 /// alone.
 enum class EstimatorChoice {
     /// Least squares where it certifies with a variance within 20 % of the data's, maximum likelihood where
-    /// not,
-    /// level by level.
+    /// not, level by level (theory 11.7).
     automatic,
     least_squares,
     maximum_likelihood,
@@ -40,7 +39,7 @@ enum class GainMode { match, none };
 enum class MarginalMode { match, none };
 [[nodiscard]] BTFIELD_API std::string_view name(MarginalMode mode);
 
-/// Normal-Wishart prior of the CAR estimate (P4 2.1, eq. 2, 5, 7, 12, 13), in units of pixels:
+/// Normal-Wishart prior of the CAR estimate (theory 6.2; P4 2.1, eq. 2, 5, 7, 12, 13), in units of pixels:
 /// V_xx(0) = strength · diag(C_jj(0)), V_xy(0) = 0, V_yy(0) = 0, as if `strength` pixels with neighbours of
 /// the planes' own variances, unrelated to anything, had been seen first; β = β(0) + M after the M pixels of
 /// the level. With strength → 0 the coefficients are those of least squares; with strength → ∞ they vanish,
@@ -51,23 +50,23 @@ struct BayesPrior {
     double beta0 = 2.0;  ///< β(0) > 1, degrees of freedom of the prior on Σ
 };
 
-/// Which pixels are significant: those above ξ with neighbours below it.
+/// Which pixels are significant (theory 9.2): those above ξ with neighbours below it.
 enum class SignificanceRule {
     p4,  ///< at least one of the two row neighbours and at least one of the two column neighbours (P4 2.3)
     p1,  ///< at least one of the four (P1 2.3)
 };
 
 struct MaOptions {
-    /// ξ, in standard deviations of the plane above its mean. Towards 0 the kernel gets narrower and
-    /// noisier, beyond 1 it approaches the covariance itself, which is too wide for an impulse response.
+    /// ξ, in standard deviations of the plane above its mean. Towards 0 the kernel gets narrower and noisier,
+    /// beyond 1 it approaches the covariance itself, which is too wide for an impulse response.
     double threshold = 0.5;
     SignificanceRule rule = SignificanceRule::p4;
 };
 
 struct FitOptions {
     ModelKind model = ModelKind::car3d;
-    /// Chooses the model instead: κ, with white at 1, decides between 2D and 3D (P4 3.1), BIC the rest. See
-    /// docs/selection.md for this and for the choices below; Provenance::reasons says why.
+    /// Chooses the model instead: κ, with white at 1, decides between 2D and 3D (P4 3.1), BIC the rest
+    /// (theory 16). See docs/selection.md for this and for the choices below; Provenance::reasons says why.
     bool choose_model = false;
     /// Hierarchical order 1 … 8; 0 chooses it by BIC.
     int order = 5;
@@ -75,11 +74,12 @@ struct FitOptions {
     /// Moving averages: any, and the centre (default: symmetric). `custom` takes `offsets`.
     std::optional<NeighbourhoodKind> neighbourhood;
     std::vector<Offset> offsets;
-    /// N > 0 takes the place of `order` (P3): of the neighbourhood of order 8, each level keeps the N offsets
-    /// whose correlation |C_ii(s)| / C_ii(0), averaged over its planes, is largest, as a custom
-    /// neighbourhood. Symmetric ones keep s and −s together: N is even.
+    /// N > 0 takes the place of `order` (theory 4.4; P3 3.1): of the neighbourhood of order 8, each level
+    /// keeps the N offsets whose correlation |C_ii(s)| / C_ii(0), averaged over its planes, is largest, as a
+    /// custom neighbourhood. Symmetric ones keep s and −s together: N is even.
     int correlated = 0;
-    /// Per-pair sets for custom supports, laid out as LinearField::active; empty = all. 3D models only.
+    /// Per-pair sets for custom supports (theory 4.3), laid out as LinearField::active; empty = all. 3D
+    /// models only.
     std::vector<std::uint8_t> active;
     /// Pyramid levels; 0 = as many as default_levels() says and the picture determines, and for CAR models
     /// fewer when some level's certificate fails.
@@ -99,13 +99,15 @@ struct FitOptions {
     std::function<void(std::string_view stage, double seconds)> progress;
 };
 
-/// Levels that suit most pictures of this size: the coarsest one keeps at least 32 pixels a side; at most 5.
+/// Levels that suit most pictures of this size (theory 2.4): the coarsest one keeps at least 32 pixels a
+/// side; at most 5.
 [[nodiscard]] BTFIELD_API int default_levels(Size size, int factor = 2);
 
 /// A picture made ready for any number of fits, which share its planes, pyramids and lag covariances.
 class BTFIELD_API Analysis {
   public:
-    /// The device must outlive it. \throws InputError when the picture is empty or holds NaN or infinities
+    /// \param device is to outlive it
+    /// \throws InputError when the picture is empty or holds NaN or infinities
     Analysis(Device& device, Image image);
     ~Analysis();
     Analysis(Analysis&&) noexcept;
@@ -114,15 +116,15 @@ class BTFIELD_API Analysis {
     [[nodiscard]] const Image& image() const;
 
     /// Fits every level. Deterministic, and independent of the fits before; those of larger orders first
-    /// spare the lag covariances a second pass. A fit that throws spoils no other. \throws InputError when
-    /// picture or options cannot give a model: a constant picture, a constant plane where
-    ///         planes are modelled as they are (3D without marginals), a level smaller than the support (the
-    ///         message says how many levels fit), acausal CAR support, singular normal equations.
-    ///
-    /// May be called from several threads at a time.
+    /// spare the lag covariances a second pass. A fit that throws spoils no other. May be called from several
+    /// threads at a time, as long as nothing else uses the device.
+    /// \throws InputError when picture or options cannot give a model: a constant picture, a constant plane
+    ///     where planes are modelled as they are (3D without marginals), a level smaller than the support
+    ///     (the message says how many levels fit), acausal CAR support, singular normal equations
     [[nodiscard]] TextureModel fit(const FitOptions& options = {});
     /// fit() of each, in this order, on all of the machine's cores and from one pass of lag covariances per
-    /// level. \throws what the first of them that fails does, when all have ended
+    /// level.
+    /// \throws what the first of them that fails does, when all have ended
     [[nodiscard]] std::vector<TextureModel> fit_all(std::span<const FitOptions> options);
 
   private:
@@ -135,12 +137,20 @@ class BTFIELD_API Analysis {
                                            const FitOptions& options = {});
 
 /// Least-squares / Bayesian CAR estimate from lag covariances alone (theory 6.2; P4 eq. 2, 4-7, 12, 13).
+/// \param offsets all before the centre in raster order, each once
+/// \param active  per-pair sets, laid out as LinearField::active; empty = all
+/// \throws InputError when the support is empty, repeats an offset or is not causal, the statistic's box does
+///     not hold difference_box(offsets), a plane is constant, strength < 0, beta0 <= 1, or the normal
+///     equations are singular
 [[nodiscard]] BTFIELD_API CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind,
                                            const std::vector<Offset>& offsets,
                                            const std::vector<std::uint8_t>& active, NoiseForm noise,
                                            const BayesPrior& prior = {});
 
-/// Least-squares MSAR estimate from lag covariances alone (theory 7.3; P4 eq. 30, 31).
+/// Least-squares MSAR estimate from lag covariances alone (theory 7.3; P4 eq. 30, 31). Inconsistent for
+/// symmetric supports: see certify().
+/// \param offsets any but the centre, each once
+/// \throws InputError as fit_car(), but for the order of the offsets
 [[nodiscard]] BTFIELD_API SarModel fit_sar(const LagCovariance& statistic, NeighbourhoodKind kind,
                                            const std::vector<Offset>& offsets,
                                            const std::vector<std::uint8_t>& active, NoiseForm noise);

@@ -34,7 +34,8 @@ enum class ColourSpace {
 
 /// "unspecified", "srgb", "linear", "xyz".
 [[nodiscard]] BTFIELD_API std::string_view name(ColourSpace space);
-/// Inverse of name(); throws InputError for any other text.
+/// Inverse of name().
+/// \throws InputError for any other text
 [[nodiscard]] BTFIELD_API ColourSpace colour_space(std::string_view name);
 
 /// Memory of pictures. From 2 MiB on in huge pages where the system has them: touching fresh memory page by
@@ -48,12 +49,13 @@ struct BTFIELD_API PictureAllocator {
 };
 extern template struct BTFIELD_API PictureAllocator<float>;
 
-/// Planar float32 picture, layout [plane][row][column]. A value type.
-/// 8-bit and 16-bit sources are scaled to [0, 1]; float sources keep their values.
+/// Planar float32 picture, layout [plane][row][column]. A value type. 8-bit and 16-bit sources are scaled to
+/// [0, 1]; float sources keep their values.
 class BTFIELD_API Image {
   public:
     Image() = default;
-    /// Zero-filled. Throws InputError when a side or the number of planes is < 1, or the total overflows.
+    /// Zero-filled.
+    /// \throws InputError when a side or the number of planes is < 1, or the total overflows
     Image(Size size, int planes, ColourSpace space = ColourSpace::unspecified);
 
     [[nodiscard]] Size size() const { return size_; }
@@ -75,7 +77,8 @@ class BTFIELD_API Image {
     [[nodiscard]] std::span<float> values() { return values_; }
     [[nodiscard]] std::span<const float> values() const { return values_; }
 
-    /// Copy of the rectangle. Throws InputError when it is empty or leaves the picture.
+    /// Copy of the rectangle; it does not wrap.
+    /// \throws InputError when it is empty or leaves the picture
     [[nodiscard]] Image crop(int row, int column, Size size) const;
 
   private:

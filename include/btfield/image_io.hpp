@@ -18,7 +18,8 @@ enum class PixelType { uint8, uint16, half, float32 };
 
 /// "uint8", "uint16", "half", "float".
 [[nodiscard]] BTFIELD_API std::string_view name(PixelType type);
-/// Inverse of name(); throws InputError for any other text.
+/// Inverse of name().
+/// \throws InputError for any other text
 [[nodiscard]] BTFIELD_API PixelType pixel_type(std::string_view name);
 /// Bytes of one value.
 [[nodiscard]] BTFIELD_API int bytes_per_value(PixelType type);
@@ -39,7 +40,7 @@ struct Picture {
 /// Reads a picture. 8-bit and 16-bit values become [0, 1], others stay. EXR whose chromaticities are those of
 /// XYZ (or that says so) is ColourSpace::xyz; one or two planes, or more than three, are unspecified.
 /// \throws InputError when the file is missing, empty, truncated, of no known format, holds NaN or infinite
-///         values inside the crop, or the crop leaves the picture.
+///     values inside the crop, or the crop leaves the picture
 [[nodiscard]] BTFIELD_API Picture read_picture(const std::filesystem::path& path,
                                                std::optional<Crop> crop = {});
 
@@ -51,15 +52,15 @@ struct WriteReport {
 
 /// Writes all planes. The type follows `type`; without one, the extension: EXR half, HDR float, TIFF the
 /// `source` type, the others uint8, or uint16 where `source` has more than 8 bits and the format can (PNG,
-/// PNM). The file appears complete under its name (written beside it, then renamed) or not at all. \throws
-/// InputError when the extension is unknown, the format cannot hold the planes or the type, a value is
-///         NaN or infinite, or the file cannot be written.
+/// PNM). The file appears complete under its name (written beside it, then renamed) or not at all.
+/// \throws InputError when the extension is unknown, the format cannot hold the planes or the type, a value
+///     is NaN or infinite, or the file cannot be written
 BTFIELD_API WriteReport write_picture(const std::filesystem::path& path, const Image& image,
                                       PixelType source = PixelType::uint8,
                                       std::optional<PixelType> type = {});
 
-/// Throws what write_picture would throw for this name and shape before any work is done (unknown extension,
-/// impossible planes or type, directory missing or unwritable).
+/// \throws what write_picture would throw for this name and shape, before any work is done: unknown
+///     extension, impossible planes or type, folder missing or unwritable
 BTFIELD_API void check_writable(const std::filesystem::path& path, int planes, PixelType source,
                                 std::optional<PixelType> type = {});
 

@@ -13,12 +13,13 @@
 
 namespace btfield {
 
-/// C_ij(s) = mean_r (y_i(r) − μ_i)(y_j(r ⊕ s) − μ_j) for |s1| <= box.row, |s2| <= box.column, on the torus.
-/// Half of the lags are stored (C_ij(−s) = C_ji(s)); float64.
+/// C_ij(s) = mean_r (y_i(r) − μ_i)(y_j(r ⊕ s) − μ_j) for |s1| <= box.row, |s2| <= box.column (theory 5.1), in
+/// squared units of the values. Half of the lags are stored (C_ij(−s) = C_ji(s)); float64.
 class BTFIELD_API LagCovariance {
   public:
     LagCovariance() = default;
     /// All covariances zero.
+    /// \throws InputError when there is no plane, or the box is negative or too large
     LagCovariance(int planes, Size size, Offset box);
 
     [[nodiscard]] int planes() const { return planes_; }
@@ -58,15 +59,16 @@ class BTFIELD_API LagCovariance {
 };
 
 /// One pass over the picture. Lags may exceed the picture's sides: they wrap.
-/// \throws InputError when the picture is empty or the box negative.
+/// \throws InputError when the picture is empty or the box negative or too large
 [[nodiscard]] BTFIELD_API LagCovariance lag_covariance(const Image& image, Offset box);
 
-/// Auto- and cross-covariances at the listed lags only: [lag][i][j], float64, means removed, on the torus.
+/// Auto- and cross-covariances at the listed lags only, in their order: [lag][i][j], means removed.
+/// \throws InputError when the picture is empty
 [[nodiscard]] BTFIELD_API std::vector<double> covariances_at(const Image& image,
                                                              std::span<const Offset> lags);
 
-/// Lags that level gains and comparisons look at: (0, 0) and (0, h), (h, 0), (h, h), (h, −h) for h = 1, 2, 4,
-/// 8, 16 as far as h is less than half of both sides.
+/// Lags that level gains and comparisons look at (theory 5.4): (0, 0) and (0, h), (h, 0), (h, h), (h, −h) for
+/// h = 1, 2, 4, 8, 16 as far as h is less than half of both sides.
 [[nodiscard]] BTFIELD_API std::vector<Offset> probe_lags(Size size);
 
 }  // namespace btfield

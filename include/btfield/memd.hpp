@@ -25,7 +25,8 @@ enum class Metric {
 
 /// "max", "l1", "l2".
 [[nodiscard]] BTFIELD_API std::string_view name(Metric metric);
-/// Inverse of name(); throws InputError for any other text.
+/// Inverse of name().
+/// \throws InputError for any other text
 [[nodiscard]] BTFIELD_API Metric metric(std::string_view name);
 
 /// Largest distance of two colours in units 0…255: 255 for max, 255 d for l1, 255 √d for l2.
@@ -34,9 +35,8 @@ enum class Metric {
 /// How nearest pixels are found. Results are equal to the bit, times are not.
 enum class MemdSearch {
     /// On a CPU the host's tree: the device's cores are the host's, and blocks of candidates cost more than
-    /// they
-    /// save. On other devices device_tree, exhaustive where B has few colours, host_tree for a few thousand
-    /// pixels.
+    /// they save. On other devices device_tree, exhaustive where B has few colours, host_tree for a few
+    /// thousand pixels.
     automatic,
     host_tree,    ///< a tree of B's colours, searched on one core for one pixel after the other
     device_tree,  ///< candidates of whole blocks of pixels from the same tree on the device
@@ -66,16 +66,16 @@ struct Memd {
 /// The value is defined to the bit, and every device gives it: colours are y = v · (255 / white) in float32
 /// (the quotient rounded to float32 first), |y| < 2⁻³⁹ counts as 0; |y_A − y_B|, its square and the sum in
 /// plane order are float32, each rounded once; l2 is compared squared, and its local error is the float64
-/// root; the mean is summed in float64 in raster order. \throws InputError when planes differ, a picture is
-/// empty, a value is NaN, infinite or beyond 10¹⁵ units, or
-///         the white level is not a positive number.
+/// root; the mean is summed in float64 in raster order.
+/// \throws InputError when planes differ, a picture is empty, a value is NaN, infinite or beyond 10¹⁵ units,
+///     or the white level is not a positive number
 [[nodiscard]] BTFIELD_API Memd memd(Device& device, const Image& a, const Image& b,
                                     const MemdOptions& options);
 [[nodiscard]] BTFIELD_API Memd memd(Device& device, const Image& a, const Image& b,
                                     Metric metric = Metric::max);
 
 /// One reference A held against many candidates: A's colours are prepared once, and stay on a device that
-/// searches.
+/// searches. The device is to outlive it.
 class BTFIELD_API MemdReference {
   public:
     MemdReference(Device& device, const Image& a, const MemdOptions& options = {});
@@ -83,6 +83,7 @@ class BTFIELD_API MemdReference {
     MemdReference(MemdReference&&) noexcept;
     MemdReference& operator=(MemdReference&&) noexcept;
     /// MEMD(A, candidate); the same value as memd().
+    /// \throws InputError as memd() does
     [[nodiscard]] Memd operator()(const Image& candidate);
 
   private:

@@ -19,27 +19,28 @@
 
 namespace btfield {
 
-/// Linear part shared by the autoregressive models: y_i(r) = Σ_s Σ_j a_{s,i,j} y_j(r ⊕ s) + (noise)_i.
+/// Linear part shared by the autoregressive models: y_i(r) = Σ_s Σ_j a_{s,i,j} y_j(r ⊕ s) + (noise)_i. Of
+/// moving averages the coefficients weigh the noise: see MaModel.
 struct LinearField {
     int planes = 0;
     NeighbourhoodKind kind = NeighbourhoodKind::custom;
     std::vector<Offset> offsets;
     /// a_{s,i,j} at [(s·d + i)·d + j].
     std::vector<double> coefficients;
-    /// Per-pair sets I_r^{ij}: 1 where a_{s,i,j} exists, laid out as coefficients; empty = every pair has
-    /// every offset. Absent coefficients are 0.
+    /// Per-pair sets I_r^{ij} (theory 4.3): 1 where a_{s,i,j} exists, laid out as coefficients; empty = every
+    /// pair has every offset. Absent coefficients are 0.
     std::vector<std::uint8_t> active;
     /// Σ, d × d row-major, symmetric positive definite; diagonal when the noise form is diagonal.
     std::vector<double> noise_covariance;
 };
 
-/// Causal autoregressive (P4 2.1, 2.2): causal or unilateral support, Σ full or diagonal.
+/// Causal autoregressive (theory 6; P4 2.1, 2.2): causal or unilateral support, Σ full or diagonal.
 struct CarModel : LinearField {};
 
-/// Simultaneous autoregressive, MSAR (P0; P3; P4 2.5): any support, Λ_t Ỹ_t = Σ^{1/2} ε̃_t.
+/// Simultaneous autoregressive, MSAR (theory 7; P0; P3; P4 2.5): any support, Λ_t Ỹ_t = Σ^{1/2} ε̃_t.
 struct SarModel : LinearField {};
 
-/// Which Markov random field (P4 2.6, 2.7).
+/// Which Markov random field (theory 8.1, 8.2; P4 2.6, 2.7).
 enum class MrfForm {
     mmrf,  ///< S_Y = Λ⁻¹ Σ; Σ⁻¹ Λ_t Hermitian positive definite
     pmrf,  ///< S_Y = Λ⁻¹ Σ^{1/2} Λ Σ^{1/2} Λ⁻¹, Σ^{1/2} the symmetric root; Λ_t Hermitian positive definite
@@ -51,9 +52,9 @@ struct MrfModel : LinearField {
     MrfForm form = MrfForm::mmrf;
 };
 
-/// Moving average (P1 2.3; P4 2.3, 2.4): y_i(r) = Σ_s Σ_j a_{s,i,j} e_j(r ⊖ s), e white with covariance Σ.
-/// The offsets are where an impulse of the noise shows, y(r ⊕ s) += A_s e(r); the centre is among them. Σ is
-/// positive semidefinite.
+/// Moving average (theory 9; P1 2.3; P4 2.3, 2.4): y_i(r) = Σ_s Σ_j a_{s,i,j} e_j(r ⊖ s), e white with
+/// covariance Σ. The offsets are where an impulse of the noise shows, y(r ⊕ s) += A_s e(r); the centre is
+/// among them. Σ is positive semidefinite.
 struct MaModel : LinearField {};
 
 using Model = std::variant<CarModel, SarModel, MrfModel, MaModel>;
@@ -68,7 +69,8 @@ enum class ModelKind { car2d, car3d, ma2d, ma3d, msar2d, msar3d, mmrf2d, mmrf3d,
 [[nodiscard]] BTFIELD_API std::span<const ModelKind> model_kinds();
 /// "2d-car", "3d-car", "2d-ma", …
 [[nodiscard]] BTFIELD_API std::string_view name(ModelKind kind);
-/// Inverse of name(); throws InputError for any other text, listing those that exist.
+/// Inverse of name().
+/// \throws InputError for any other text, listing those that exist
 [[nodiscard]] BTFIELD_API ModelKind model_kind(std::string_view name);
 [[nodiscard]] BTFIELD_API bool is_2d(ModelKind kind);
 
@@ -93,7 +95,7 @@ enum class NoiseForm { full, diagonal };
 [[nodiscard]] BTFIELD_API std::string_view name(NoiseForm form);
 [[nodiscard]] BTFIELD_API NoiseForm noise_form(std::string_view name);
 
-/// What the spectrum of one level's model says about it.
+/// What the spectrum of one level's model says about it (theory 10).
 struct Certificate {
     /// Proven: det Λ has no zero on the whole torus, Λ_t is positive definite where the model is Markov, and
     /// every variance ratio is at most 10. Of a moving average, which is a field whatever its coefficients,
@@ -148,15 +150,16 @@ struct TextureModel {
     int factor = 2;  ///< pyramid reduction factor n
     NoiseForm noise = NoiseForm::full;
     std::vector<double> mean;  ///< μ, one per plane of the picture
-    /// T of 2D models and of models with marginals: the levels model T (Y − μ). Without planes otherwise: the
-    /// levels model Y − μ.
+    /// T of 2D models and of models with marginals (theory 3): the levels model T (Y − μ). Without planes
+    /// otherwise: the levels model Y − μ.
     SpectralBasis basis;
     /// Of T (Y − μ), one per row of T: the levels model these planes mapped to standard normal ones. Empty
     /// where values are modelled as they are.
     std::vector<Marginal> marginals;
-    /// M, r × r row-major, symmetric, of models with marginals: M x is what the marginals map, x what the
-    /// levels add up to. It makes variances 1 and correlations 0 at lag 0, as the picture's own planes T (Y −
-    /// μ) have them, whatever the levels left of these: histograms and spectral covariance are the picture's.
+    /// M, r × r row-major, symmetric, of models with marginals (theory 13.3): M x is what the marginals map,
+    /// x what the levels add up to. It makes variances 1 and correlations 0 at lag 0, as the picture's own
+    /// planes T (Y − μ) have them, whatever the levels left of these: histograms and spectral covariance are
+    /// the picture's.
     std::vector<double> whitening;
     std::vector<LevelModel> levels;  ///< finest first; the last one is the Gaussian level
     Provenance provenance;
@@ -175,9 +178,8 @@ struct TextureModel {
 [[nodiscard]] BTFIELD_API bool is_valid(const TextureModel& model);
 
 /// \throws InputError naming the first defect: sizes that disagree, non-finite numbers, duplicate or zero
-/// offsets,
-///         offsets that CAR cannot have, a Σ that is not symmetric positive definite, negative gains, no
-///         level.
+///     offsets, offsets that CAR cannot have, coefficients that are not those of a Markov model, a Σ that is
+///     not symmetric positive definite, negative gains, no level
 BTFIELD_API void check(const TextureModel& model);
 
 }  // namespace btfield

@@ -29,17 +29,18 @@ enum class NeighbourhoodKind {
 
 /// "symmetric", "half", "causal", "unilateral", "custom".
 [[nodiscard]] BTFIELD_API std::string_view name(NeighbourhoodKind kind);
-/// Inverse of name(); throws InputError for any other text.
+/// Inverse of name().
+/// \throws InputError for any other text
 [[nodiscard]] BTFIELD_API NeighbourhoodKind neighbourhood_kind(std::string_view name);
 
 inline constexpr int max_order = 8;
 
-/// Offsets s != 0 with s1² + s2² <= q(order), q = 1, 2, 4, 5, 8, 9, 10, 13, in raster order.
-/// \throws InputError when order is outside 1..8 or kind is custom.
+/// Offsets s != 0 with s1² + s2² <= q(order), q = 1, 2, 4, 5, 8, 9, 10, 13 (theory 4.1), in raster order.
+/// \throws InputError when order is outside 1..8 or kind is custom
 [[nodiscard]] BTFIELD_API std::vector<Offset> neighbourhood(int order, NeighbourhoodKind kind);
 
 /// Largest |row| and |column| among differences of two offsets of the set, the centre included: the box of
-/// lags that a fit on this support reads.
+/// lags that a fit on this support reads (theory 5.2).
 [[nodiscard]] BTFIELD_API Offset difference_box(const std::vector<Offset>& offsets);
 
 }  // namespace btfield

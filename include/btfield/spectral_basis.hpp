@@ -30,8 +30,8 @@ struct SpectralBasis {
 inline constexpr double smallest_relative_variance = 1e-8;
 
 /// The basis of a picture, in float64: T diagonalises Σ_Y = E[(Y − μ)(Y − μ)ᵀ]. Each eigenvector's component
-/// of largest magnitude is positive, the first of equals, so that a fit is reproducible. \throws InputError
-/// when the picture is empty, constant, or holds a NaN or infinity
+/// of largest magnitude is positive, the first of equals, so that a fit is reproducible.
+/// \throws InputError when the picture is empty, constant, or holds a NaN or infinity
 [[nodiscard]] BTFIELD_API SpectralBasis spectral_basis(const Image& image);
 
 /// T (Y − μ), float64 arithmetic stored as float32: r eigenplanes, colour space `unspecified`.
@@ -54,8 +54,7 @@ inline constexpr double smallest_relative_variance = 1e-8;
                                                           std::span<const double> covariances);
 
 /// \throws InputError naming the first defect: sizes that disagree, numbers that are not finite, rows that
-/// are not
-///         orthonormal to 1e-9.
+///     are not orthonormal to 1e-9
 BTFIELD_API void check(const SpectralBasis& basis);
 
 }  // namespace btfield

@@ -15,7 +15,7 @@
 
 namespace btfield {
 
-/// Where the white noise is drawn. Both have the model's covariance; the pictures differ.
+/// Where the white noise is drawn (theory 14.2). Both have the model's covariance; the pictures differ.
 enum class NoiseDomain {
     frequency,  ///< the half spectrum directly: no forward transform
     spatial,    ///< noise on the lattice, then its transform (the papers' steps 1 and 2)
@@ -29,8 +29,8 @@ enum class SynthesisMethod {
              ///< only
 };
 
-/// How a moving average is grown from noise that was drawn on the lattice. The pictures agree to 1e-5 of full
-/// scale.
+/// How a moving average is grown from noise that was drawn on the lattice (theory 14.4). The pictures agree
+/// to 1e-5 of full scale.
 enum class MovingAverageRoute {
     automatic,    ///< whichever is expected to be faster for the model's support
     convolution,  ///< summed up offset by offset
@@ -46,25 +46,27 @@ struct SynthesisOptions {
 };
 
 /// Whether a model can be grown as asked, as far as that can be told without a device.
-/// \throws InputError when a certificate fails (unless allowed), a side is < 1 or too long, or raster is
-/// asked of
-///         a model that is not CAR or whose recursion is not stable
+/// \throws InputError when check() refuses the model, a certificate fails (unless allowed), a side is < 1 or
+///     too long, or raster is asked of a model that is not CAR or whose recursion is not stable
 BTFIELD_API void check_synthesis(const TextureModel& model, Size size, const SynthesisOptions& options = {});
 
 /// Holds plans and per-frequency factors for one model and size; textures of a seed or a batch of seeds reuse
-/// them.
+/// them. For one thread at a time, as its device is.
 class BTFIELD_API Synthesiser {
   public:
-    /// \throws InputError as check_synthesis() does; DeviceError when the device's memory cannot hold the
-    /// work:
-    ///         the message says which square would fit.
+    /// \param device is to outlive it; the model need not
+    /// \param size   of the textures: any
+    /// \throws InputError as check_synthesis() does
+    /// \throws DeviceError when the device's memory cannot hold the work: the message says which square would
+    ///     fit
     Synthesiser(Device& device, const TextureModel& model, Size size, const SynthesisOptions& options = {});
     ~Synthesiser();
     Synthesiser(Synthesiser&&) noexcept;
     Synthesiser& operator=(Synthesiser&&) noexcept;
 
     /// Texture of one seed: a pure function of (model, size, method, noise domain, seed), to 1e-5 of full
-    /// scale on any device.
+    /// scale on any device. In units of the analysed picture's values, not clamped, of its planes and colour
+    /// space.
     [[nodiscard]] Image synthesise(std::uint64_t seed);
     /// One texture per seed, each equal to synthesise(seed).
     [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds);
