@@ -1,7 +1,7 @@
 #include "host/fit/mrf_likelihood.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +10,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/analysis/working_basis.hpp"
 #include "host/fit/mrf_sweep.hpp"
 #include "host/fit/mrf_unknowns.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
@@ -326,25 +327,8 @@ Minimum minimise(const Problem& problem, const VectorXd& start, const VectorXd& 
     }
 }
 
-struct Basis {
-    MatrixXd forward, inverse;  ///< y' = forward · y
-};
-
-/// Planes scaled to unit variance and, where the problem does not depend on the basis, turned to unit
-/// covariance.
-Basis working_basis(const MatrixXd& c0, bool turn) {
-    const VectorXd deviation = c0.diagonal().cwiseSqrt();
-    const VectorXd scale = deviation.cwiseInverse();
-    if (!turn) return {MatrixXd(scale.asDiagonal()), MatrixXd(deviation.asDiagonal())};
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(scale.asDiagonal() * c0 * scale.asDiagonal());
-    const VectorXd root = solver.eigenvalues().cwiseMax(1e-8 * solver.eigenvalues().maxCoeff()).cwiseSqrt();
-    const MatrixXd& u = solver.eigenvectors();
-    return {root.cwiseInverse().asDiagonal() * u.transpose() * scale.asDiagonal(),
-            deviation.asDiagonal() * u * root.asDiagonal()};
-}
-
 /// Σ = Q_0⁻¹ and A_s = Q_0⁻¹ Q_s in the planes of the picture.
-MrfModel field_of(const HermitianPolynomial& q, const Basis& basis, const HalfSupport& support,
+MrfModel field_of(const HermitianPolynomial& q, const WorkingBasis& basis, const HalfSupport& support,
                   size_t offsets) {
     const Index d = q.centre.rows();
     const auto block = static_cast<size_t>(d * d);
@@ -387,7 +371,9 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
         throw InputError(asked, "per-pair sets of a 3d-mmrf hold for its A_s only when the noise is diagonal",
                          "use diagonal noise, or every pair at every offset");
     }
-    const Basis basis = working_basis(c0, full);
+    // With full noise the problem does not depend on the basis. Planes that repeat each other are told apart
+    // by what no 8-bit picture shows: 1e-8 of the largest eigenvalue.
+    const WorkingBasis basis = working_basis(c0, full ? Turn::principal : Turn::none, {.relative = 1e-8});
 
     // Data covariances in that basis. White noise, 1e-9 of the variance, keeps the optimum finite for
     // pictures without any, and lifts planes that repeat others (their eigenvalue in the whitened basis)

@@ -1,5 +1,5 @@
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +8,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/analysis/working_basis.hpp"
 #include "host/base/lane_inverse.hpp"
 #include "host/fit/folded_periodogram.hpp"
 #include "host/fit/likelihood.hpp"
@@ -130,8 +131,7 @@ class Whittle {
             [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda) {
                 const auto place = static_cast<size_t>(block);
                 const LaneMatrix& data = periodogram_[m];
-                const LaneMatrix bl = product(b, l), lb = adjoint(bl),
-                                 blb = detail::product(bl, constant(b));
+                const LaneMatrix bl = product(b, l), lb = adjoint(bl), blb = detail::product(bl, constant(b));
                 const LaneMatrix w = detail::product(lb, lambda);
                 const LaneMatrix wi = detail::product(w, data), iw = adjoint(wi);
                 const LaneMatrix wiw = detail::product(wi, adjoint(w));
@@ -349,8 +349,10 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
                         "use least squares (--estimator ls), a 2d-pmrf or 3d-mmrf model, or a lower order");
     const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
     const MatrixXd c0 = lag_zero(statistic);
-    MatrixXd turn = MatrixXd::Identity(d, d);
-    if (full && !constrained) turn = Eigen::SelfAdjointEigenSolver<MatrixXd>(c0).eigenvectors().transpose();
+    // Λ and Σ^{1/2} turn with the planes only in orthogonal bases: no scaling.
+    WorkingBasis basis{MatrixXd::Identity(d, d), MatrixXd::Identity(d, d)};
+    if (full && !constrained) basis = working_basis(c0, Turn::rotation);
+    const MatrixXd& turn = basis.forward;
     const double floor = 1e-8 * (turn * c0 * turn.transpose()).diagonal().maxCoeff();
 
     // Independent planes.

@@ -1,7 +1,6 @@
 #include "host/fit/sar_likelihood.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include "btfield/error.hpp"
 #include "btfield/fit.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/analysis/working_basis.hpp"
 #include "host/fit/least_squares.hpp"
 #include "host/fit/likelihood.hpp"
 #include "host/fit/sar_newton.hpp"
@@ -30,34 +30,12 @@ using Eigen::VectorXd;
 using std::size_t;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// y' = T y, planes of variance one.
-struct Basis {
-    MatrixXd forward, inverse;
-};
-
-/// Eigenvalues and eigenvectors of the planes' correlation.
-Eigen::SelfAdjointEigenSolver<MatrixXd> correlation_of(const MatrixXd& covariance) {
-    const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-    return Eigen::SelfAdjointEigenSolver<MatrixXd>(scale.asDiagonal() * covariance * scale.asDiagonal());
-}
-
-/// Uncorrelated planes where all pairs of planes are coupled; otherwise they are only scaled.
-Basis working_basis(const MatrixXd& covariance, bool turn) {
-    const VectorXd deviation = covariance.diagonal().cwiseSqrt();
-    if (!turn) return {deviation.cwiseInverse().asDiagonal(), deviation.asDiagonal()};
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver = correlation_of(covariance);
-    const VectorXd root = solver.eigenvalues().cwiseMax(1e-14).cwiseSqrt();
-    return {MatrixXd(root.cwiseInverse().asDiagonal() * solver.eigenvectors().transpose() *
-                     deviation.cwiseInverse().asDiagonal()),
-            MatrixXd(deviation.asDiagonal() * solver.eigenvectors() * root.asDiagonal())};
-}
-
 /// Planes that repeat each other (a grey picture stored as RGB) are told apart by white noise of 10⁻⁸ of the
 /// correlation's largest eigenvalue: no 8-bit picture shows it.
 LagCovariance told_apart(const LagCovariance& statistic) {
     constexpr double least = 1e-8;
     LagCovariance result = statistic;
-    const VectorXd values = correlation_of(lag_zero(statistic)).eigenvalues();
+    const VectorXd values = correlation_eigenvalues(lag_zero(statistic));
     const double largest = values[values.size() - 1];
     if (values[0] > least * largest) return result;
     for (int i = 0; i < statistic.planes(); ++i)
@@ -66,7 +44,8 @@ LagCovariance told_apart(const LagCovariance& statistic) {
 }
 
 /// C(t − s) in the basis, rows and columns (s, j).
-MatrixXd moments_in(const Basis& basis, const LagCovariance& statistic, const std::vector<Offset>& terms) {
+MatrixXd moments_in(const WorkingBasis& basis, const LagCovariance& statistic,
+                    const std::vector<Offset>& terms) {
     const Index d = statistic.planes(), count = static_cast<Index>(terms.size());
     MatrixXd result(count * d, count * d), c(d, d);
     for (Index s = 0; s < count; ++s) {
@@ -91,7 +70,12 @@ class Problem {
     Problem(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise)
         : shape_(shape),
           noise_(noise),
-          basis_(working_basis(lag_zero(statistic), noise == NoiseForm::full && shape.active.empty())) {
+          // Uncorrelated planes where all pairs of planes are coupled; otherwise they are only scaled.
+          // told_apart() leaves no eigenvalue near zero: the floor stands against rounding alone.
+          basis_(
+              working_basis(lag_zero(statistic),
+                            noise == NoiseForm::full && shape.active.empty() ? Turn::principal : Turn::none,
+                            {.absolute = 1e-14})) {
         sort_terms();
         make_layout();
         moments_ = moments_in(basis_, statistic, layout_.terms);
@@ -257,7 +241,7 @@ class Problem {
 
     SarModel shape_;
     NoiseForm noise_;
-    Basis basis_;
+    WorkingBasis basis_;
     SarObjective::Layout layout_;
     std::vector<Index> from_;  ///< place of each term among the offsets
     MatrixXd moments_;

@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/analysis/working_basis.hpp"
 #include "host/spectrum/examination.hpp"
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
@@ -32,23 +33,6 @@ constexpr Size half_grid = {base_side / 2, base_side / 2};
 // A model of ten times the data's variance is no model of the data, though its field may exist: such variance
 // sits in a ring of near-singular frequencies (theory 7.3).
 constexpr double largest_ratio = 10.0;
-
-/// The basis in which the planes are uncorrelated with variance one: coefficients are smallest there, and
-/// bounds tightest. Nearly dependent planes are only scaled.
-struct Whitening {
-    MatrixXd basis, inverse;
-    explicit Whitening(const MatrixXd& covariance) {
-        const Eigen::VectorXd deviation = covariance.diagonal().cwiseSqrt();
-        const MatrixXd correlation =
-            deviation.cwiseInverse().asDiagonal() * covariance * deviation.cwiseInverse().asDiagonal();
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
-        const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(1e-6);
-        const MatrixXd& vectors = solver.eigenvectors();
-        basis = vectors * values.cwiseSqrt().cwiseInverse().asDiagonal() * vectors.transpose() *
-                deviation.cwiseInverse().asDiagonal();
-        inverse = deviation.asDiagonal() * vectors * values.cwiseSqrt().asDiagonal() * vectors.transpose();
-    }
-};
 
 double smallest_singular_value(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
     const MatrixXcd value = lambda.at(row, column);
@@ -173,8 +157,10 @@ Examination detail::examine(const SpectralForm& form, const LagCovariance& data)
                          "the data have " + std::to_string(data.planes()),
                          "use the data that it was fitted to");
     }
-    const Whitening white(lag_zero(data));
-    const SpectralForm turned = change_basis(form, white.basis, white.inverse);
+    // Where the planes are uncorrelated with variance one, coefficients are smallest and bounds tightest. The
+    // floor keeps the basis from multiplying rounding by more than a thousand.
+    const WorkingBasis white = working_basis(lag_zero(data), Turn::nearest, {.absolute = 1e-6});
+    const SpectralForm turned = change_basis(form, white.forward, white.inverse);
 
     NodeValues nodes;
     nodes.side = base_side;
