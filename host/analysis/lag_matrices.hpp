@@ -2,9 +2,8 @@
 
 // Lag covariances as matrices.
 
-#include <Eigen/Core>
-
 #include "btfield/lag_covariance.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

@@ -1,6 +1,5 @@
 #include "btfield/marginals.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -8,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/marginal_moments.hpp"
 #include "host/analysis/ranking.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/non_negative.hpp"
 #include "host/base/normal_distribution.hpp"
 #include "host/base/parallel.hpp"
@@ -122,7 +122,7 @@ Marginal fit_marginal(const VectorXd& projection, const HatMoments& hats, double
     // q_k = Σ_{m < k} δ_m: sums over all knots above.
     MatrixXd sums = MatrixXd::Zero(n, n - 1);
     for (Index k = 0; k < n; ++k) sums.row(k).head(k).setOnes();
-    const Eigen::LLT<MatrixXd> factor(sums.transpose() * gram * sums);
+    const Eigen::LLT<MatrixXd> factor(MatrixXd(sums.transpose() * gram * sums));
     const VectorXd right = factor.matrixL().solve(sums.transpose() * (projection - w * projection.sum()));
     const VectorXd increments = non_negative_least_squares(MatrixXd(factor.matrixU()), right);
 

@@ -1,6 +1,5 @@
 #include "btfield/spectral_basis.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_products.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 
 namespace btfield {
@@ -81,7 +81,8 @@ SpectralBasis spectral_basis(const Image& image) {
         throw InputError(asked, "it holds values that are not finite", "replace NaN and infinite pixels");
 
     const Index d = image.planes();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(Eigen::Map<const RowMajor>(covariance.data(), d, d));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(
+        MatrixXd(Eigen::Map<const RowMajor>(covariance.data(), d, d)));
     const double most = solver.eigenvalues()(d - 1);
     // Rounding of a mean may give a constant plane a variance of its value's 1e-33.
     const std::vector<double> mean = plane_means(image);

@@ -1,6 +1,5 @@
 #include "host/analysis/working_basis.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 namespace btfield::detail {

@@ -2,7 +2,7 @@
 
 // Bases of the planes in which estimates and certificates are computed (theory 10.2, 11.3 to 11.6).
 
-#include <Eigen/Core>
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

@@ -3,7 +3,7 @@
 // Products and factors of matrices of middling size, at the processor's full width: what Eigen gives is
 // compiled for the narrowest that the library runs on.
 
-#include <Eigen/Core>
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

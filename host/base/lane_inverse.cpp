@@ -1,10 +1,10 @@
 #include "host/base/lane_inverse.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 
+#include "host/base/eigen.hpp"
 #include "host/base/wide.hpp"
 
 namespace btfield::detail {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "host/base/eigen.hpp"
+
 namespace btfield::detail {
 
 using Eigen::Index;

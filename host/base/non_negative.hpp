@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

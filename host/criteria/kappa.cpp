@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -7,6 +6,7 @@
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/lag_covariance.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield {
 
@@ -32,7 +32,7 @@ Kappa kappa(const Image& image, double cmax, double white) {
 
     // det(Σ) / cⁿ as a product over eigenvalues, none of which rounding may turn negative.
     const Eigen::Index n = image.planes();
-    const Eigen::Map<const Eigen::MatrixXd> sigma(result.covariance.data(), n, n);
+    const Eigen::MatrixXd sigma = Eigen::Map<const Eigen::MatrixXd>(result.covariance.data(), n, n);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(sigma, Eigen::EigenvaluesOnly);
     // What is below the rounding of the largest eigenvalue is none: equal planes have κ = 0.
     const double noise = static_cast<double>(n) * 1e-15 * solver.eigenvalues().maxCoeff();

@@ -1,7 +1,5 @@
 #include "host/fit/least_squares.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +9,7 @@
 #include "btfield/error.hpp"
 #include "btfield/fit.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield {
 
@@ -62,7 +61,7 @@ std::string detail::describe(const std::vector<Offset>& offsets, int planes) {
 }
 
 void detail::check_request(const LagCovariance& statistic, const std::vector<Offset>& offsets,
-                   const std::vector<std::uint8_t>& active) {
+                           const std::vector<std::uint8_t>& active) {
     const std::string asked = describe(offsets, statistic.planes());
     if (statistic.planes() < 1)
         throw InputError(asked, "the statistic is empty", "compute lag covariances first");
@@ -91,8 +90,8 @@ void detail::check_request(const LagCovariance& statistic, const std::vector<Off
     }
 }
 
-MatrixXd detail::solve_normal_equations(const MatrixXd& xx, const MatrixXd& right, const std::vector<Index>& used,
-                                const std::string& asked) {
+MatrixXd detail::solve_normal_equations(const MatrixXd& xx, const MatrixXd& right,
+                                        const std::vector<Index>& used, const std::string& asked) {
     const auto count = static_cast<Index>(used.size());
     VectorXd scale(count);
     for (Index a = 0; a < count; ++a)
@@ -199,8 +198,8 @@ void make_symmetric(MatrixXd& theta, const std::vector<Offset>& offsets,
 }  // namespace
 
 void detail::fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind kind,
-          const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active, const MatrixXd& theta,
-          const MatrixXd& noise) {
+                  const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
+                  const MatrixXd& theta, const MatrixXd& noise) {
     const int d = statistic.planes();
     field.planes = d;
     field.kind = kind;

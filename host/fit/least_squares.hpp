@@ -3,13 +3,13 @@
 // Pieces of the least-squares fits that fit(), fit_car(), fit_sar(), fit_mmrf() and fit_pmrf() share
 // (theory 5.5, 5.6).
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

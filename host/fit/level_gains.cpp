@@ -1,9 +1,9 @@
 #include "host/fit/level_gains.hpp"
 
-#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
 
+#include "host/base/eigen.hpp"
 #include "host/base/non_negative.hpp"
 
 namespace btfield::detail {

@@ -1,7 +1,5 @@
 #include "host/fit/likelihood.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -12,6 +10,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/fit/least_squares.hpp"
 #include "host/spectrum/lattice.hpp"

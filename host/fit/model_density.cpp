@@ -1,7 +1,5 @@
 #include "host/fit/model_density.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -11,6 +9,7 @@
 
 #include "btfield/theory.hpp"
 #include "host/analysis/expansion.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/spectral_density.hpp"

@@ -1,14 +1,12 @@
 #include "host/fit/mrf_least_squares.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
 #include <numeric>
 #include <string>
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/base/eigen.hpp"
 #include "host/fit/least_squares.hpp"
 
 namespace btfield::detail {

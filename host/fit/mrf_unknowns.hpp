@@ -2,11 +2,11 @@
 
 // The unknowns of Markov random fields as coefficients of Hermitian matrices, and second derivatives by them.
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "btfield/models.hpp"
+#include "host/base/eigen.hpp"
 #include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield::detail {

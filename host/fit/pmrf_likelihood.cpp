@@ -1,5 +1,3 @@
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/lane_inverse.hpp"
 #include "host/fit/folded_periodogram.hpp"
 #include "host/fit/likelihood.hpp"

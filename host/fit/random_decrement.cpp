@@ -1,7 +1,5 @@
 #include "host/fit/random_decrement.hpp"
 
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +10,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/fit/least_squares.hpp"
 

@@ -1,7 +1,5 @@
 #include "host/fit/sar_likelihood.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -15,6 +13,7 @@
 #include "btfield/fit.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
+#include "host/base/eigen.hpp"
 #include "host/fit/least_squares.hpp"
 #include "host/fit/likelihood.hpp"
 #include "host/fit/sar_newton.hpp"

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 
+#include "host/base/eigen.hpp"
 #include "host/fit/sar_objective.hpp"
 
 namespace btfield::detail {

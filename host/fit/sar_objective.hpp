@@ -2,10 +2,10 @@
 
 // The likelihood of an MSAR model as a function of the free entries of B_t = Σ^{-1/2} Λ_t (theory 11.3).
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
+#include "host/base/eigen.hpp"
 #include "host/spectrum/inverse_spectrum.hpp"
 
 namespace btfield::detail {

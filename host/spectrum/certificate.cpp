@@ -1,7 +1,5 @@
 #include "btfield/certificate.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
+#include "host/base/eigen.hpp"
 #include "host/spectrum/examination.hpp"
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
@@ -37,7 +36,8 @@ constexpr double largest_ratio = 10.0;
 double smallest_singular_value(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
     const MatrixXcd value = lambda.at(row, column);
     if (lambda.planes() == 1) return std::abs(value(0, 0));
-    if (lambda.planes() <= 4) return Eigen::JacobiSVD<MatrixXcd>(value).singularValues().minCoeff();
+    if (lambda.planes() <= 4)
+        return Eigen::JacobiSVD<MatrixXcd, Eigen::NoQRPreconditioner>(value).singularValues().minCoeff();
     // Power iteration on (Λᴴ Λ)⁻¹; it approaches 1/σ_min² from below, so the result is never too small.
     const Eigen::PartialPivLU<MatrixXcd> lu(value);
     const MatrixXcd inverse = lu.inverse();
@@ -129,7 +129,7 @@ LinearField hermitian_form(const SpectralForm& form) {
 bool is_positive_at_zero(const SpectralForm& form) {
     const LocalLambda<Eigen::Dynamic> lambda(hermitian_form(form));
     const MatrixXd value = lambda.at(0.0, 0.0).real();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (value + value.transpose()),
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd(0.5 * (value + value.transpose())),
                                                          Eigen::EigenvaluesOnly);
     return solver.eigenvalues().minCoeff() > 0.0;
 }

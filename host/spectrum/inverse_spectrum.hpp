@@ -4,12 +4,12 @@
 // products of entries of the inverse times e^{iω u}: what the likelihood of an MSAR model is made of
 // (theory 11.3).
 
-#include <Eigen/Core>
 #include <complex>
 #include <functional>
 #include <vector>
 
 #include "btfield/neighbourhood.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

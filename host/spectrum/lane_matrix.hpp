@@ -2,12 +2,12 @@
 
 // Matrices as functions of frequency, one row of a frequency grid at a time, and their Fourier coefficients.
 
-#include <Eigen/Core>
 #include <complex>
 #include <cstddef>
 #include <vector>
 
 #include "btfield/neighbourhood.hpp"
+#include "host/base/eigen.hpp"
 #include "host/spectrum/frequency_grid.hpp"
 
 namespace btfield::detail {

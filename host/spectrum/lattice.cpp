@@ -1,7 +1,8 @@
 #include "host/spectrum/lattice.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 namespace {

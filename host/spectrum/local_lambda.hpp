@@ -2,12 +2,12 @@
 
 // Λ(ω) = I − Σ_s A_s e^{iω·s} at single frequencies, with its derivatives (P4 eq. 38).
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <complex>
 #include <vector>
 
 #include "btfield/models.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

@@ -1,7 +1,5 @@
 #include "host/spectrum/positive_everywhere.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -9,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 
 namespace btfield::detail {

@@ -1,6 +1,5 @@
 #include "host/spectrum/spectral_density.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +7,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/dense.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/lane_inverse.hpp"
 #include "host/base/parallel.hpp"
 

@@ -2,7 +2,6 @@
 
 // Λ_t and the spectral density S_t of a model, and sums of them over frequency grids (P4 eq. 33, 38).
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <complex>
 #include <functional>
@@ -10,6 +9,7 @@
 
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
+#include "host/base/eigen.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
 namespace btfield::detail {

@@ -1,8 +1,9 @@
 #include "host/spectrum/spectral_form.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cstddef>
 #include <utility>
+
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 namespace {

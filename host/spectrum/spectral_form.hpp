@@ -2,9 +2,8 @@
 
 // How a model shapes the spectrum of white noise, one form for all families (theory 6 to 9).
 
-#include <Eigen/Core>
-
 #include "btfield/models.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

@@ -1,6 +1,5 @@
 #include "btfield/theory.hpp"
 
-#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <string>
@@ -9,6 +8,7 @@
 #include "btfield/pyramid.hpp"
 #include "host/analysis/expansion.hpp"
 #include "host/analysis/marginal_moments.hpp"
+#include "host/base/eigen.hpp"
 #include "host/spectrum/spectral_density.hpp"
 #include "host/spectrum/theory.hpp"
 
@@ -16,7 +16,8 @@ namespace btfield {
 
 using namespace detail;
 
-std::vector<double> detail::modelled_covariance(const TextureModel& model, Size size, std::span<const Offset> lags) {
+std::vector<double> detail::modelled_covariance(const TextureModel& model, Size size,
+                                                std::span<const Offset> lags) {
     const std::vector<Size> sizes = pyramid_sizes(size, static_cast<int>(model.levels.size()), model.factor);
     const auto d = static_cast<std::size_t>(modelled_planes(model));
     std::vector<double> total(lags.size() * d * d);

@@ -1,6 +1,5 @@
 #include "host/spectrum/torus_search.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/spectral_points.hpp"

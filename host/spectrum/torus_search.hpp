@@ -3,10 +3,10 @@
 // What lies between the nodes of a frequency grid: zeros of det Λ, and narrow peaks of the spectral density
 // (theory 10.3, 10.4).
 
-#include <Eigen/Core>
 #include <complex>
 #include <vector>
 
+#include "host/base/eigen.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
 namespace btfield::detail {

@@ -1,10 +1,10 @@
 #include "host/synthesis/convolution.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <string>
 
 #include "btfield/error.hpp"
+#include "host/base/eigen.hpp"
 #include "host/spectrum/spectral_form.hpp"
 #include "host/synthesis/independent_planes.hpp"
 #include "host/synthesis/spectral_factors.hpp"

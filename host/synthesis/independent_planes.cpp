@@ -1,6 +1,5 @@
 #include "host/synthesis/independent_planes.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

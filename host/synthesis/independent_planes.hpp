@@ -2,11 +2,11 @@
 
 // What the kernels that work in the picture's own domain need of a linear field.
 
-#include <Eigen/Core>
 #include <span>
 #include <vector>
 
 #include "btfield/models.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

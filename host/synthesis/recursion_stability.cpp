@@ -1,7 +1,5 @@
 #include "host/synthesis/recursion_stability.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/synthesis/independent_planes.hpp"
 

@@ -1,13 +1,12 @@
 #include "host/synthesis/spectral_factors.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
 
 #include "btfield/error.hpp"
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 

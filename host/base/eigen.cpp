@@ -1,0 +1,2 @@
+#define BTFIELD_INSTANTIATE
+#include "host/base/eigen.hpp"
