@@ -4,6 +4,7 @@
 #include <complex>
 #include <cstddef>
 #include <numbers>
+#include <span>
 #include <unsupported/Eigen/FFT>
 
 #include "btfield/error.hpp"
@@ -61,6 +62,76 @@ void transform(std::vector<Complex>& values, int lines, int length, size_t line_
     });
 }
 
+using Spectrum = std::vector<Complex>;
+
+/// Fourier transform of each plane, its mean removed.
+std::vector<Spectrum> spectra_of(const Image& image) {
+    const int height = image.height(), width = image.width();
+    const size_t pixels = area(image.size());
+    std::vector<Spectrum> spectra;
+    for (int p = 0; p < image.planes(); ++p) {
+        const std::span<const float> plane = image.plane(p);
+        double mean = 0.0;
+        for (const float v : plane) mean += v;
+        mean /= static_cast<double>(pixels);
+        Spectrum& values = spectra.emplace_back(pixels);
+        std::transform(plane.begin(), plane.end(), values.begin(), [&](float v) { return v - mean; });
+        transform(values, height, width, static_cast<size_t>(width), 1);
+        transform(values, width, height, 1, static_cast<size_t>(width));
+    }
+    return spectra;
+}
+
+/// \param height of the picture
+FrequencyGrid grid_of(const Cells& rows, int height, const Cells& columns) {
+    FrequencyGrid grid;
+    grid.row = rows.centre;
+    for (size_t m = 0; m < rows.centre.size(); ++m) {
+        const bool own_mirror = m == 0 || (height % 2 == 0 && m + 1 == rows.centre.size());
+        grid.row_weight.push_back((own_mirror ? 1.0 : 2.0) * rows.share[m]);
+    }
+    grid.column = columns.centre;
+    grid.column_weight = columns.share;
+    return grid;
+}
+
+/// Adds the products a conj(b) of one row of frequencies to the cells that hold them.
+void add_products(std::span<const Complex> a, std::span<const Complex> b, const Cells& columns, double* re,
+                  double* im) {
+    for (size_t n = 0; n < a.size(); ++n) {
+        const Complex product = a[n] * std::conj(b[n]);
+        re[columns.of[n]] += product.real();
+        im[columns.of[n]] += product.imag();
+    }
+}
+
+/// Mean of the periodogram over each cell of one row of cells.
+/// \param members rows of frequencies that it holds
+LaneMatrix row_of_cells(const std::vector<Spectrum>& spectra, Size size, const std::vector<int>& members,
+                        const Cells& columns) {
+    const auto width = static_cast<size_t>(size.width);
+    LaneMatrix row(static_cast<int>(spectra.size()), columns.centre.size());
+    for (int i = 0; i < row.planes(); ++i) {
+        for (int j = 0; j <= i; ++j) {
+            for (const int member : members) {
+                const auto line = [&](int plane) {
+                    return std::span(spectra[static_cast<size_t>(plane)])
+                        .subspan(static_cast<size_t>(member) * width, width);
+                };
+                add_products(line(i), line(j), columns, row.real(i, j), row.imaginary(i, j));
+            }
+            for (size_t n = 0; n < row.lanes(); ++n) {
+                const double count = columns.share[n] * size.width * static_cast<double>(members.size());
+                const double scale = 1.0 / (count * static_cast<double>(area(size)));
+                row.real(i, j)[n] *= scale;
+                row.imaginary(i, j)[n] *= scale;
+            }
+        }
+    }
+    row.complete_hermitian();
+    return row;
+}
+
 }  // namespace
 
 FoldedPeriodogram folded_periodogram(const Image& image) {
@@ -68,64 +139,17 @@ FoldedPeriodogram folded_periodogram(const Image& image) {
         throw InputError("periodogram of a picture", "the picture is empty",
                          "give a picture with at least one pixel");
     }
-    const int d = image.planes(), height = image.height(), width = image.width();
-    const size_t pixels = area(image.size());
-    std::vector<std::vector<Complex>> spectra;
-    for (int p = 0; p < d; ++p) {
-        const std::span<const float> plane = image.plane(p);
-        double mean = 0.0;
-        for (const float v : plane) mean += v;
-        mean /= static_cast<double>(pixels);
-        std::vector<Complex>& values = spectra.emplace_back(pixels);
-        std::transform(plane.begin(), plane.end(), values.begin(), [&](float v) { return v - mean; });
-        transform(values, height, width, static_cast<size_t>(width), 1);
-        transform(values, width, height, 1, static_cast<size_t>(width));
-    }
-    const Cells rows = cells_of(height, false), columns = cells_of(width, true);
-    FoldedPeriodogram result;
-    for (size_t m = 0; m < rows.centre.size(); ++m) {
-        const bool own_mirror = m == 0 || (height % 2 == 0 && m + 1 == rows.centre.size());
-        result.grid.row.push_back(rows.centre[m]);
-        result.grid.row_weight.push_back((own_mirror ? 1.0 : 2.0) * rows.share[m]);
-        result.rows.emplace_back(d, columns.centre.size());
-    }
-    result.grid.column = columns.centre;
-    result.grid.column_weight = columns.share;
+    const std::vector<Spectrum> spectra = spectra_of(image);
+    const Cells rows = cells_of(image.height(), false), columns = cells_of(image.width(), true);
     std::vector<std::vector<int>> members(rows.centre.size());
-    for (int row = 0; row < height; ++row) {
+    for (int row = 0; row < image.height(); ++row) {
         if (const int cell = rows.of[static_cast<size_t>(row)]; cell >= 0)
             members[static_cast<size_t>(cell)].push_back(row);
     }
+    FoldedPeriodogram result{grid_of(rows, image.height(), columns), std::vector<LaneMatrix>(members.size())};
     for_each_block(static_cast<int>(members.size()), [&](int block) {
         const auto m = static_cast<size_t>(block);
-        LaneMatrix& cell = result.rows[m];
-        for (const int row : members[m]) {
-            const size_t line = static_cast<size_t>(row) * static_cast<size_t>(width);
-            for (int i = 0; i < d; ++i) {
-                for (int j = 0; j <= i; ++j) {
-                    const Complex* const a = spectra[static_cast<size_t>(i)].data() + line;
-                    const Complex* const b = spectra[static_cast<size_t>(j)].data() + line;
-                    double* const re = cell.real(i, j);
-                    double* const im = cell.imaginary(i, j);
-                    for (size_t n = 0; n < static_cast<size_t>(width); ++n) {
-                        const Complex product = a[n] * std::conj(b[n]);
-                        re[columns.of[n]] += product.real();
-                        im[columns.of[n]] += product.imag();
-                    }
-                }
-            }
-        }
-        for (int i = 0; i < d; ++i) {
-            for (int j = 0; j <= i; ++j) {
-                for (size_t n = 0; n < cell.lanes(); ++n) {
-                    const double count = columns.share[n] * width * static_cast<double>(members[m].size());
-                    const double scale = 1.0 / (count * static_cast<double>(pixels));
-                    cell.real(i, j)[n] *= scale;
-                    cell.imaginary(i, j)[n] *= scale;
-                }
-            }
-        }
-        cell.complete_hermitian();
+        result.rows[m] = row_of_cells(spectra, image.size(), members[m], columns);
     });
     return result;
 }

@@ -217,114 +217,141 @@ double mismatch(const Problem& problem, const VectorXd& gradient) {
     return largest;
 }
 
-/// \param start  positive definite everywhere
-/// \param from   where to begin, positive definite
-/// \param most_nodes  uniform ones, of the finest grid
-/// \param limit  of the reach in pixels: beyond it, the search ends with too_long
-Minimum minimise(const Problem& problem, const VectorXd& start, const VectorXd& from, double limit,
-                 int most_nodes, const MrfLikelihoodOptions& options) {
-    Minimum result;
-    VectorXd x = from;
-    GridDensity base = coarse;
-    std::optional<Lattice> lattice;
-    lattice.emplace(resolving(problem.polynomial(x), base), problem.reach());
-    std::optional<double> value = problem.value(x, *lattice);
-    if (!value) return result;
-    VectorXd checked;  // x that a finer grid has seen
-    const auto refine = [&](const GridDensity& density) {
-        lattice.emplace(density, problem.reach());
-        value = problem.value(x, *lattice);
-        // What is positive definite between the nodes of one grid may not be on another: the way back to the
-        // start is inside the convex set of those that are.
-        for (int k = 0; !value && k < 60; ++k) {
-            x = 0.5 * (x + start);
-            value = problem.value(x, *lattice);
-        }
-        return value.has_value();
-    };
-    const bool explicitly = x.size() <= most_explicit;
-    while (true) {
-        // Peaks sharpen on the way to the optimum.
-        const HermitianPolynomial q = problem.polynomial(x);
-        const Reach reach = correlation_reach(q);
-        if (reach.row > limit || reach.column > limit) {
-            result.too_long = true;
-            return result;
-        }
-        const GridDensity needed = resolving(q, base);
-        if (needed.row_levels > lattice->density.row_levels ||
-            needed.column_levels > lattice->density.column_levels) {
-            if (!refine(needed)) return result;
-        }
-        Problem::Derivatives at;
-        if (explicitly) {
-            at = problem.derivatives(x, *lattice);
-        } else {
-            at.gradient = problem.gradient(x, *lattice);
-        }
-        const double off = mismatch(problem, at.gradient);
-        result.x = x;
-        result.value = *value;
-        result.gradient = off;
-        result.density = lattice->density;
-        if (!std::isfinite(off)) return result;
-        if (base == coarse && off < 1e-2) {
-            base = fine;
-            if (!refine(resolving(problem.polynomial(x), base))) return result;
-            continue;
-        }
-        if (off < options.tolerance) {
-            // Is the sum the integral? A finer grid says.
-            GridDensity finer = resolving(problem.polynomial(x), base);
-            finer.uniform *= 2;
-            finer.per_level += finer.per_level / 2;
-            finer.row_levels = std::min(10, finer.row_levels + 1);
-            finer.column_levels = std::min(10, finer.column_levels + 1);
-            const Lattice other(finer, problem.reach());
-            const std::optional<double> there = problem.value(x, other);
-            const double outside = there ? mismatch(problem, problem.gradient(x, other)) : 1.0;
-            result.gradient = outside;
-            if (there) result.density = finer;
-            if (there && outside < 10.0 * options.tolerance) {
-                result.value = *there;
-                result.converged = true;
-                return result;
+/// A descent on grids that are refined as it needs them.
+class Minimisation {
+  public:
+    /// \param start  positive definite everywhere
+    /// \param limit  of the reach in pixels: beyond it, the search ends with too_long
+    /// \param most_nodes  uniform ones, of the finest grid
+    Minimisation(const Problem& problem, const VectorXd& start, double limit, int most_nodes,
+                 const MrfLikelihoodOptions& options)
+        : problem_(problem), start_(start), limit_(limit), most_nodes_(most_nodes), options_(options) {}
+
+    /// \param from   where to begin, positive definite
+    Minimum run(const VectorXd& from) {
+        x_ = from;
+        move_to(resolving(problem_.polynomial(x_), base_));
+        if (!value_) return result_;
+        while (follow_peaks()) {
+            const Problem::Derivatives at = derivatives();
+            const double off = mismatch(problem_, at.gradient);
+            record(off);
+            if (!std::isfinite(off)) break;
+            if (base_ == coarse && off < 1e-2) {
+                base_ = fine;
+                if (!refine(resolving(problem_.polynomial(x_), base_))) break;
+            } else if (off < options_.tolerance) {
+                if (!check_on_finer_grid()) break;
+            } else if (result_.iterations >= options_.max_iterations || !advance(at, off)) {
+                break;
             }
-            if (base.uniform >= most_nodes) {
-                result.converged = there && outside < acceptable;
-                return result;
-            }
-            if (result.iterations >= options.max_iterations) return result;
-            base.uniform = finer.uniform;
-            base.per_level = finer.per_level;
-            if (!refine(finer)) return result;
-            continue;
         }
-        if (result.iterations >= options.max_iterations) return result;
-        VectorXd step;
-        if (explicitly) {
-            const Eigen::LDLT<MatrixXd> factor(at.hessian);
-            step = factor.solve(-at.gradient);
-        } else {
-            step = conjugate_gradients(problem, x, at.gradient, *lattice, std::min(0.1, std::sqrt(off)));
-        }
-        const double slope = at.gradient.dot(step);
-        if (!(slope < 0.0)) return result;
-        ++result.iterations;
-        // Where the predicted gain drowns in the rounding of the objective, Newton's step is taken as it is.
-        const bool close = -slope < 1e-9 * (1.0 + std::abs(*value));
-        double length = 1.0;
-        std::optional<double> next;
-        for (; length > 1e-12; length *= 0.5) {
-            next = problem.value(x + length * step, *lattice);
-            if (next && (close || *next <= *value + 1e-4 * length * slope)) break;
-            next.reset();
-        }
-        if (!next) return result;
-        x += length * step;
-        value = next;
+        return result_;
     }
-}
+
+  private:
+    void move_to(const GridDensity& density) {
+        lattice_.emplace(density, problem_.reach());
+        value_ = problem_.value(x_, *lattice_);
+    }
+    /// What is positive definite between the nodes of one grid may not be on another: the way back to the
+    /// start is inside the convex set of those that are.
+    bool refine(const GridDensity& density) {
+        move_to(density);
+        for (int k = 0; !value_ && k < 60; ++k) {
+            x_ = 0.5 * (x_ + start_);
+            value_ = problem_.value(x_, *lattice_);
+        }
+        return value_.has_value();
+    }
+    /// Peaks sharpen on the way to the optimum.
+    bool follow_peaks() {
+        const HermitianPolynomial q = problem_.polynomial(x_);
+        const Reach reach = correlation_reach(q);
+        if (reach.row > limit_ || reach.column > limit_) {
+            result_.too_long = true;
+            return false;
+        }
+        const GridDensity needed = resolving(q, base_);
+        const bool resolved = needed.row_levels <= lattice_->density.row_levels &&
+                              needed.column_levels <= lattice_->density.column_levels;
+        return resolved || refine(needed);
+    }
+    [[nodiscard]] bool explicitly() const { return x_.size() <= most_explicit; }
+    [[nodiscard]] Problem::Derivatives derivatives() const {
+        if (explicitly()) return problem_.derivatives(x_, *lattice_);
+        return {problem_.gradient(x_, *lattice_), {}};
+    }
+    void record(double off) {
+        result_.x = x_;
+        result_.value = *value_;
+        result_.gradient = off;
+        result_.density = lattice_->density;
+    }
+    /// Is the sum the integral? A finer grid says.
+    /// \return whether to go on, on that grid
+    bool check_on_finer_grid() {
+        GridDensity finer = resolving(problem_.polynomial(x_), base_);
+        finer.uniform *= 2;
+        finer.per_level += finer.per_level / 2;
+        finer.row_levels = std::min(10, finer.row_levels + 1);
+        finer.column_levels = std::min(10, finer.column_levels + 1);
+        const Lattice other(finer, problem_.reach());
+        const std::optional<double> there = problem_.value(x_, other);
+        const double outside = there ? mismatch(problem_, problem_.gradient(x_, other)) : 1.0;
+        result_.gradient = outside;
+        if (there) result_.density = finer;
+        if (there && outside < 10.0 * options_.tolerance) {
+            result_.value = *there;
+            result_.converged = true;
+            return false;
+        }
+        if (base_.uniform >= most_nodes_) {
+            result_.converged = there && outside < acceptable;
+            return false;
+        }
+        if (result_.iterations >= options_.max_iterations) return false;
+        base_.uniform = finer.uniform;
+        base_.per_level = finer.per_level;
+        return refine(finer);
+    }
+    [[nodiscard]] VectorXd direction(const Problem::Derivatives& at, double off) const {
+        if (!explicitly()) {
+            return conjugate_gradients(problem_, x_, at.gradient, *lattice_, std::min(0.1, std::sqrt(off)));
+        }
+        const Eigen::LDLT<MatrixXd> factor(at.hessian);
+        return factor.solve(-at.gradient);
+    }
+    /// One of Newton's, shortened until the objective falls.
+    /// \return false where none does
+    bool advance(const Problem::Derivatives& at, double off) {
+        const VectorXd step = direction(at, off);
+        const double slope = at.gradient.dot(step);
+        if (!(slope < 0.0)) return false;
+        ++result_.iterations;
+        // Where the predicted gain drowns in the rounding of the objective, Newton's step is taken as it is.
+        const bool close = -slope < 1e-9 * (1.0 + std::abs(*value_));
+        for (double length = 1.0; length > 1e-12; length *= 0.5) {
+            const std::optional<double> next = problem_.value(x_ + length * step, *lattice_);
+            if (!next || !(close || *next <= *value_ + 1e-4 * length * slope)) continue;
+            x_ += length * step;
+            value_ = next;
+            return true;
+        }
+        return false;
+    }
+
+    const Problem& problem_;
+    const VectorXd& start_;
+    double limit_;
+    int most_nodes_;
+    const MrfLikelihoodOptions& options_;
+    Minimum result_;
+    VectorXd x_;
+    GridDensity base_ = coarse;
+    std::optional<Lattice> lattice_;
+    std::optional<double> value_;
+};
 
 /// Σ = Q_0⁻¹ and A_s = Q_0⁻¹ Q_s in the planes of the picture.
 MrfModel field_of(const HermitianPolynomial& q, const WorkingBasis& basis, const HalfSupport& support,
@@ -349,39 +376,25 @@ MrfModel field_of(const HermitianPolynomial& q, const WorkingBasis& basis, const
     return model;
 }
 
-}  // namespace
-
-MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind kind,
-                             const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                             NoiseForm noise, const MrfLikelihoodOptions& options) {
-    const char* asked = "maximum-likelihood fit of a Markov random field";
-    const HalfSupport support = half_support(statistic, offsets, active, asked);
-    const int d = statistic.planes();
-    const MatrixXd c0 = lag_zero(statistic);
-    for (int i = 0; i < d; ++i) {
+void check_request(const MatrixXd& c0, const std::vector<std::uint8_t>& active, bool full,
+                   const char* asked) {
+    for (Index i = 0; i < c0.rows(); ++i) {
         if (!(c0(i, i) > 0.0) || !std::isfinite(c0(i, i))) {
             throw InputError(asked, "plane " + std::to_string(i + 1) + " does not vary",
                              "remove that plane or use a picture that varies");
         }
     }
-    const bool full = noise == NoiseForm::full;
     const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
-    if (full && constrained && d > 1) {
+    if (full && constrained && c0.rows() > 1) {
         throw InputError(asked, "per-pair sets of a 3d-mmrf hold for its A_s only when the noise is diagonal",
                          "use diagonal noise, or every pair at every offset");
     }
-    // With full noise the problem does not depend on the basis. Planes that repeat each other are told apart
-    // by what no 8-bit picture shows: 1e-8 of the largest eigenvalue.
-    const WorkingBasis basis = working_basis(c0, full ? Turn::principal : Turn::none, {.relative = 1e-8});
+}
 
-    // Data covariances in that basis. White noise, 1e-9 of the variance, keeps the optimum finite for
-    // pictures without any, and lifts planes that repeat others (their eigenvalue in the whitened basis)
-    // to 1.
-    MatrixXd zero = basis.forward * c0 * basis.forward.transpose();
-    if (full) zero = MatrixXd::Identity(d, d);
-    zero.diagonal().array() += 1e-9;
-    std::vector<MrfUnknown> unknowns =
-        mrf_unknowns(support, d, active, full ? ConstantForm::full : ConstantForm::diagonal);
+/// Derivatives of tr(Q_0 C(0)) − 2 Σ tr(Q_s C(s)ᵀ) by the unknowns, C in the basis.
+/// \param zero C(0)
+VectorXd data_terms(const LagCovariance& statistic, const WorkingBasis& basis, const MatrixXd& zero,
+                    const std::vector<MrfUnknown>& unknowns) {
     VectorXd data(static_cast<Index>(unknowns.size()));
     MatrixXd c = zero;
     for (size_t k = 0; k < unknowns.size(); ++k) {
@@ -390,6 +403,84 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
             c = basis.forward * lag_matrix(statistic, u.offset) * basis.forward.transpose();
         data[static_cast<Index>(k)] = 2.0 * u.scale() * c(u.i, u.j);
     }
+    return data;
+}
+
+struct Solution {
+    Minimum minimum;  ///< of the last descent
+    VectorXd x;
+    PositiveDefiniteness proof;
+    int iterations = 0;
+    double penalty = 0.0;
+};
+
+/// A support that is too small for a smooth picture makes up for the variance that it cannot give with ever
+/// longer waves: exponentially long ones on the infinite lattice, beyond float64. Waves longer than `longest`
+/// are then given up, and with them the part of the variance that only they could carry.
+Solution solve(Problem& problem, const VectorXd& x0, double longest, const MrfLikelihoodOptions& options) {
+    Solution end;
+    end.minimum = Minimisation(problem, x0, longest, most_uniform, options).run(x0);
+    end.x = end.minimum.x.size() > 0 ? end.minimum.x : x0;
+    end.proof = positive_everywhere(problem.polynomial(end.x));
+    end.iterations = end.minimum.iterations;
+    double penalty = 50.0 / (longest * longest);
+    for (int attempt = 0; attempt < 5 && !(end.minimum.converged && end.proof.proven);
+         ++attempt, penalty *= 16.0) {
+        problem.set_penalty(penalty);
+        end.penalty = penalty;
+        const VectorXd from = attempt == 0 && end.proof.proven ? end.x : x0;
+        constexpr double no_limit = std::numeric_limits<double>::infinity();
+        end.minimum = Minimisation(problem, x0, no_limit, most_penalised, options).run(from);
+        if (end.minimum.x.size() > 0) end.x = end.minimum.x;
+        end.iterations += end.minimum.iterations;
+        end.proof = positive_everywhere(problem.polynomial(end.x));
+    }
+    problem.set_penalty(0.0);
+    return end;
+}
+
+/// What is to be said of a solution, the model itself excepted.
+MrfLikelihoodFit report_of(const Solution& solution, const Problem& problem, const VectorXd& x0,
+                           const WorkingBasis& basis, const MatrixXd& c0) {
+    MrfLikelihoodFit fit;
+    const double units = -2.0 * std::log(std::abs(basis.forward.determinant()));
+    const Lattice lattice(solution.minimum.density, problem.reach());
+    constexpr double none = std::numeric_limits<double>::infinity();
+    fit.objective = problem.value(solution.x, lattice).value_or(none) + units;
+    fit.start_objective = problem.value(x0, lattice).value_or(solution.minimum.value) + units;
+    fit.iterations = solution.iterations;
+    fit.penalty = solution.penalty;
+    fit.gradient = solution.minimum.gradient;
+    fit.converged = solution.minimum.converged;
+    fit.certified = solution.proof.proven;
+    fit.min_eigenvalue = solution.proof.min_eigenvalue;
+    const MatrixXd p0 = basis.inverse * problem.covariance(solution.x, lattice) * basis.inverse.transpose();
+    for (Index i = 0; i < c0.rows(); ++i) fit.variance_ratio.push_back(p0(i, i) / c0(i, i));
+    return fit;
+}
+
+}  // namespace
+
+MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind kind,
+                             const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
+                             NoiseForm noise, const MrfLikelihoodOptions& options) {
+    const char* asked = "maximum-likelihood fit of a Markov random field";
+    const HalfSupport support = half_support(statistic, offsets, active, asked);
+    const int d = statistic.planes();
+    const bool full = noise == NoiseForm::full;
+    const MatrixXd c0 = lag_zero(statistic);
+    check_request(c0, active, full, asked);
+    // With full noise the problem does not depend on the basis. Planes that repeat each other are told apart
+    // by what no 8-bit picture shows: 1e-8 of the largest eigenvalue.
+    const WorkingBasis basis = working_basis(c0, full ? Turn::principal : Turn::none, {.relative = 1e-8});
+    // White noise, 1e-9 of the variance, keeps the optimum finite for pictures without any, and lifts planes
+    // that repeat others (their eigenvalue in the whitened basis) to 1.
+    MatrixXd zero = basis.forward * c0 * basis.forward.transpose();
+    if (full) zero = MatrixXd::Identity(d, d);
+    zero.diagonal().array() += 1e-9;
+    std::vector<MrfUnknown> unknowns =
+        mrf_unknowns(support, d, active, full ? ConstantForm::full : ConstantForm::diagonal);
+    VectorXd data = data_terms(statistic, basis, zero, unknowns);
     Problem problem(support, std::move(unknowns), std::move(data), d);
 
     HermitianPolynomial start =
@@ -397,43 +488,11 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
     // Planes that repeat each other make C(0) singular: what is not turned starts from the variances alone.
     start.centre = full ? zero.inverse() : MatrixXd(zero.diagonal().cwiseInverse().asDiagonal());
     const VectorXd x0 = collect(problem.unknowns(), start);
-    // A support that is too small for a smooth picture makes up for the variance that it cannot give with
-    // ever longer waves: exponentially long ones on the infinite lattice, beyond float64. Waves longer than a
-    // few pictures are then given up, and with them the part of the variance that only they could carry.
     const double longest =
         std::max(64.0, longest_wave * std::max(statistic.size().height, statistic.size().width));
-    Minimum minimum = minimise(problem, x0, x0, longest, most_uniform, options);
-    VectorXd x = minimum.x.size() > 0 ? minimum.x : x0;
-    PositiveDefiniteness proof = positive_everywhere(problem.polynomial(x));
-    int iterations = minimum.iterations;
-    double penalised = 0.0;
-    double penalty = 50.0 / (longest * longest);
-    for (int attempt = 0; attempt < 5 && !(minimum.converged && proof.proven); ++attempt, penalty *= 16.0) {
-        problem.set_penalty(penalty);
-        penalised = penalty;
-        minimum = minimise(problem, x0, attempt == 0 && proof.proven ? x : x0,
-                           std::numeric_limits<double>::infinity(), most_penalised, options);
-        if (minimum.x.size() > 0) x = minimum.x;
-        iterations += minimum.iterations;
-        proof = positive_everywhere(problem.polynomial(x));
-    }
-    problem.set_penalty(0.0);
-
-    MrfLikelihoodFit fit;
-    const HermitianPolynomial q = problem.polynomial(x);
-    const double units = -2.0 * std::log(std::abs(basis.forward.determinant()));
-    const Lattice lattice(minimum.density, problem.reach());
-    fit.objective = problem.value(x, lattice).value_or(std::numeric_limits<double>::infinity()) + units;
-    fit.start_objective = problem.value(x0, lattice).value_or(minimum.value) + units;
-    fit.iterations = iterations;
-    fit.penalty = penalised;
-    fit.gradient = minimum.gradient;
-    fit.converged = minimum.converged;
-    fit.certified = proof.proven;
-    fit.min_eigenvalue = proof.min_eigenvalue;
-    const MatrixXd p0 = basis.inverse * problem.covariance(x, lattice) * basis.inverse.transpose();
-    for (int i = 0; i < d; ++i) fit.variance_ratio.push_back(p0(i, i) / c0(i, i));
-    fit.model = field_of(q, basis, support, offsets.size());
+    const Solution solution = solve(problem, x0, longest, options);
+    MrfLikelihoodFit fit = report_of(solution, problem, x0, basis, c0);
+    fit.model = field_of(problem.polynomial(solution.x), basis, support, offsets.size());
     fit.model.kind = kind;
     fit.model.offsets = offsets;
     fit.model.active = active;

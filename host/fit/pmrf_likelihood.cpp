@@ -116,99 +116,132 @@ class Whittle {
         MatrixXd hessian;  ///< its mixed block is to be scaled by the caller
     };
     [[nodiscard]] Derivatives derivatives(const Point& p, const Lattice& lattice) const {
-        const auto count = static_cast<Index>(pairs_.pairs().size());
-        const Index triangle = Index{planes_} * (planes_ + 1) / 2;
-        const RowBlocks blocks(cell_rows());
-        const auto parts = static_cast<size_t>(blocks.count);
-        // K, then the K of every derivative by B; 2 Re W I Λ; Φ of Λ, and of B.
-        std::vector<RowMajor> first(parts, lags_.zero(triangle * (1 + roots())));
-        std::vector<RowMajor> root_first(parts, lags_.zero(triangle));
-        std::vector<RowMajor> second(parts, twice_.zero(count)), root_second(parts, twice_.zero(count));
-        const MatrixXd& b = p.root;
-        sweep_rows(
-            p.lambda, cells_, waves_, Sweep::everything,
-            [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix& lambda) {
-                const auto place = static_cast<size_t>(block);
-                const LaneMatrix& data = periodogram_[m];
-                const LaneMatrix bl = product(b, l), lb = adjoint(bl), blb = detail::product(bl, constant(b));
-                const LaneMatrix w = detail::product(lb, lambda);
-                const LaneMatrix wi = detail::product(w, data), iw = adjoint(wi);
-                const LaneMatrix wiw = detail::product(wi, adjoint(w));
-                const LaneMatrix il = detail::product(data, lambda), lil = detail::product(lambda, il);
-                const LaneMatrix wil = detail::product(wi, lambda);
+        const auto parts = static_cast<size_t>(RowBlocks(cell_rows()).count);
+        DataSums sums{{parts, lags_.zero(triangle() * (1 + roots()))},
+                      {parts, lags_.zero(triangle())},
+                      {parts, twice_.zero(pairs())},
+                      {parts, twice_.zero(pairs())}};
+        sweep_rows(p.lambda, cells_, waves_, Sweep::everything,
+                   [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda) {
+                       const Products at(p.root, inverse, lambda, periodogram_[m], constant(p.root));
+                       add_first(at, m, static_cast<size_t>(block), sums);
+                       add_second(at, m, static_cast<size_t>(block), sums);
+                   });
+        Derivatives result{VectorXd(lags() + roots()), MatrixXd(lags() + roots(), lags() + roots())};
+        set_data_part(sums, result);
+        add_barrier(p.lambda, lattice, result);
+        add_determinant_of_root(p.root, result);
+        return result;
+    }
 
-                RowMajor rows((1 + roots()) * 2 * triangle, static_cast<Index>(cells_.column.size())), part;
-                LaneMatrix k = twice_hermitian_part(product(b, wi));
-                add(k, wiw, -1.0);
-                lower_triangle(k, part);
-                rows.topRows(2 * triangle) = part;
-                for (Index r = 0; r < roots(); ++r) {
-                    LaneMatrix z(planes_, data.lanes());
-                    const int i = root(r).i, j = root(r).j;
-                    for (int turn = 0; turn < (i == j ? 1 : 2); ++turn) {
-                        const int from = turn == 0 ? i : j, to = turn == 0 ? j : i;  // F = e_from e_toᵀ
-                        add_row(wi, to, from, z);
-                        add_outer(wil, from, l, to, -1.0, z);
-                        add_outer(il, from, lb, to, 1.0, z);
-                    }
-                    lower_triangle(twice_hermitian_part(z), part);
-                    rows.middleRows(2 * triangle * (1 + r), 2 * triangle) = part;
-                }
-                lags_.add(m, rows, first[place]);
-                lower_triangle(twice_hermitian_part(wil), part);
-                lags_.add(m, part, root_first[place]);
-
-                RowMajor products = RowMajor::Zero(2 * count, static_cast<Index>(cells_.column.size()));
-                const auto both = [&](const LaneMatrix& x, const LaneMatrix& y, double scale) {
-                    pairs_.add_products(x, y, scale, products);
-                    pairs_.add_products(y, x, scale, products);
-                };
-                both(blb, data, 1.0);
-                both(bl, wi, -1.0);
-                both(lb, iw, -1.0);
-                both(l, wiw, 1.0);
-                twice_.add(m, products, second[place]);
-                products.setZero();
-                both(l, lil, 1.0);
-                twice_.add(m, products, root_second[place]);
-            });
-        std::vector<RowMajor> barrier = sums_of_blocks(lattice.rows(), lattice.lags, triangle);
-        std::vector<RowMajor> barrier_second = sums_of_blocks(lattice.rows(), lattice.twice, count);
-        sweep_rows(p.lambda, lattice.grid, lattice.waves, Sweep::inverse,
+  private:
+    /// L = Λ⁻¹, W = L B Λ and their products with the periodogram I along one row.
+    struct Products {
+        const LaneMatrix &l, &data;
+        LaneMatrix bl, lb, blb, wi, iw, wiw, il, lil, wil, bwi;
+        Products(const MatrixXd& root, const LaneMatrix& inverse, const LaneMatrix& lambda,
+                 const LaneMatrix& periodogram, const LaneMatrix& constant_root)
+            : l(inverse),
+              data(periodogram),
+              bl(product(root, l)),
+              lb(adjoint(bl)),
+              blb(product(bl, constant_root)) {
+            const LaneMatrix w = product(lb, lambda);
+            wi = product(w, data);
+            iw = adjoint(wi);
+            wiw = product(wi, adjoint(w));
+            il = product(data, lambda);
+            lil = product(lambda, il);
+            wil = product(wi, lambda);
+            bwi = product(root, wi);
+        }
+    };
+    /// Sums of the blocks: K, then the K of every derivative by B; 2 Re W I Λ; Φ of Λ, and of B.
+    struct DataSums {
+        std::vector<RowMajor> first, root_first, second, root_second;
+    };
+    void add_first(const Products& at, size_t m, size_t place, DataSums& sums) const {
+        RowMajor rows((1 + roots()) * 2 * triangle(), static_cast<Index>(cells_.column.size())), part;
+        LaneMatrix k = twice_hermitian_part(at.bwi);
+        add(k, at.wiw, -1.0);
+        lower_triangle(k, part);
+        rows.topRows(2 * triangle()) = part;
+        for (Index r = 0; r < roots(); ++r) {
+            LaneMatrix z(planes_, at.data.lanes());
+            const int i = root(r).i, j = root(r).j;
+            for (int turn = 0; turn < (i == j ? 1 : 2); ++turn) {
+                const int from = turn == 0 ? i : j, to = turn == 0 ? j : i;  // F = e_from e_toᵀ
+                add_row(at.wi, to, from, z);
+                add_outer(at.wil, from, at.l, to, -1.0, z);
+                add_outer(at.il, from, at.lb, to, 1.0, z);
+            }
+            lower_triangle(twice_hermitian_part(z), part);
+            rows.middleRows(2 * triangle() * (1 + r), 2 * triangle()) = part;
+        }
+        lags_.add(m, rows, sums.first[place]);
+        lower_triangle(twice_hermitian_part(at.wil), part);
+        lags_.add(m, part, sums.root_first[place]);
+    }
+    void add_second(const Products& at, size_t m, size_t place, DataSums& sums) const {
+        RowMajor products = RowMajor::Zero(2 * pairs(), static_cast<Index>(cells_.column.size()));
+        const auto both = [&](const LaneMatrix& x, const LaneMatrix& y, double scale) {
+            pairs_.add_products(x, y, scale, products);
+            pairs_.add_products(y, x, scale, products);
+        };
+        both(at.blb, at.data, 1.0);
+        both(at.bl, at.wi, -1.0);
+        both(at.lb, at.iw, -1.0);
+        both(at.l, at.wiw, 1.0);
+        twice_.add(m, products, sums.second[place]);
+        products.setZero();
+        both(at.l, at.lil, 1.0);
+        twice_.add(m, products, sums.root_second[place]);
+    }
+    /// Derivatives of mean_t tr(Λ B Λ⁻¹ B Λ I_t).
+    void set_data_part(DataSums& sums, Derivatives& result) const {
+        const RowMajor moments = sum_of(sums.first);
+        const Index width = triangle() * lags_.columns();
+        result.gradient.head(lags()) = traces(unknowns_, lags_, moments.leftCols(width));
+        result.gradient.tail(roots()) = traces(roots_, lags_, sum_of(sums.root_first));
+        result.hessian.topLeftCorner(lags(), lags()) =
+            second_traces(unknowns_, pairs_, twice_, sum_of(sums.second));
+        result.hessian.bottomRightCorner(roots(), roots()) =
+            second_traces(roots_, pairs_, twice_, sum_of(sums.root_second));
+        for (Index r = 0; r < roots(); ++r) {
+            const VectorXd mixed = traces(unknowns_, lags_, moments.middleCols(width * (1 + r), width));
+            result.hessian.block(0, lags() + r, lags(), 1) = mixed;
+            result.hessian.block(lags() + r, 0, 1, lags()) = mixed.transpose();
+        }
+    }
+    /// Those of −mean_t ln det Λ_t.
+    void add_barrier(const HermitianPolynomial& lambda, const Lattice& lattice, Derivatives& result) const {
+        std::vector<RowMajor> first = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
+        std::vector<RowMajor> second = sums_of_blocks(lattice.rows(), lattice.twice, pairs());
+        sweep_rows(lambda, lattice.grid, lattice.waves, Sweep::inverse,
                    [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix&) {
                        RowMajor rows;
                        lower_triangle(l, rows);
-                       lattice.lags.add(m, rows, barrier[static_cast<size_t>(block)]);
-                       rows.setZero(2 * count, static_cast<Index>(lattice.columns()));
+                       lattice.lags.add(m, rows, first[static_cast<size_t>(block)]);
+                       rows.setZero(2 * pairs(), static_cast<Index>(lattice.columns()));
                        pairs_.add_products(l, l, 1.0, rows);
-                       lattice.twice.add(m, rows, barrier_second[static_cast<size_t>(block)]);
+                       lattice.twice.add(m, rows, second[static_cast<size_t>(block)]);
                    });
-
-        const RowMajor moments = sum_of(first);
-        const Index width = triangle * lags_.columns();
+        result.gradient.head(lags()) -= traces(unknowns_, lattice.lags, sum_of(first));
+        result.hessian.topLeftCorner(lags(), lags()) +=
+            second_traces(unknowns_, pairs_, lattice.twice, sum_of(second));
+    }
+    /// Those of −2 ln det B.
+    void add_determinant_of_root(const MatrixXd& b, Derivatives& result) const {
         const MatrixXd inverse = b.inverse();
-        Derivatives result{VectorXd(lags() + roots()), MatrixXd(lags() + roots(), lags() + roots())};
-        result.gradient.head(lags()) = traces(unknowns_, lags_, moments.leftCols(width)) -
-                                       traces(unknowns_, lattice.lags, sum_of(barrier));
-        result.gradient.tail(roots()) = traces(roots_, lags_, sum_of(root_first));
-        result.hessian.topLeftCorner(lags(), lags()) =
-            second_traces(unknowns_, pairs_, twice_, sum_of(second)) +
-            second_traces(unknowns_, pairs_, lattice.twice, sum_of(barrier_second));
-        result.hessian.bottomRightCorner(roots(), roots()) =
-            second_traces(roots_, pairs_, twice_, sum_of(root_second));
         for (Index r = 0; r < roots(); ++r) {
             const MatrixXd change = inverse * elementary(r) * inverse;
             result.gradient[lags() + r] -= 2.0 * (inverse * elementary(r)).trace();
             for (Index q = 0; q < roots(); ++q)
                 result.hessian(lags() + r, lags() + q) += 2.0 * (change * elementary(q)).trace();
-            const VectorXd mixed = traces(unknowns_, lags_, moments.middleCols(width * (1 + r), width));
-            result.hessian.block(0, lags() + r, lags(), 1) = mixed;
-            result.hessian.block(lags() + r, 0, 1, lags()) = mixed.transpose();
         }
-        return result;
     }
-
-  private:
+    [[nodiscard]] Index triangle() const { return Index{planes_} * (planes_ + 1) / 2; }
+    [[nodiscard]] Index pairs() const { return static_cast<Index>(pairs_.pairs().size()); }
     [[nodiscard]] int cell_rows() const { return static_cast<int>(cells_.row.size()); }
     [[nodiscard]] const MrfUnknown& root(Index k) const { return roots_[static_cast<size_t>(k)]; }
     [[nodiscard]] MatrixXd elementary(Index k) const {
@@ -324,6 +357,157 @@ Descent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodO
     return result;
 }
 
+/// What the steps of a fit have in common.
+struct Frame {
+    const LagCovariance& statistic;
+    HalfSupport support;
+    MrfModel shape;      ///< all but its numbers
+    WorkingBasis basis;  ///< orthogonal
+    double white = 0.0;  ///< variance of the white noise that tells apart planes which repeat each other
+    [[nodiscard]] int planes() const { return shape.planes; }
+};
+
+bool is_constrained(const std::vector<std::uint8_t>& active) {
+    return std::ranges::any_of(active, [](std::uint8_t a) { return a == 0; });
+}
+
+void check_request(const HalfSupport& support, const FoldedPeriodogram& periodogram, int planes,
+                   const char* asked) {
+    if (periodogram.rows.empty() || periodogram.rows.front().planes() != planes) {
+        throw InputError(asked, "the periodogram is not that of the picture",
+                         "compute both from the same picture");
+    }
+    const auto d = static_cast<size_t>(planes);
+    check_dense_hessian(asked, support.offsets.size() * d * d + d,
+                        "use least squares (--estimator ls), a 2d-pmrf or 3d-mmrf model, or a lower order");
+}
+
+/// Λ and Σ^{1/2} turn with the planes in orthogonal bases only: no scaling, and so no floor; white noise
+/// takes its place.
+void set_basis(Frame& frame, bool full) {
+    const Index d = frame.planes();
+    const MatrixXd c0 = lag_zero(frame.statistic);
+    if (full && !is_constrained(frame.shape.active)) {
+        frame.basis = working_basis(c0, Turn::rotation);
+    } else {
+        frame.basis = {MatrixXd::Identity(d, d), MatrixXd::Identity(d, d)};
+    }
+    const MatrixXd& turn = frame.basis.forward;
+    frame.white = 1e-8 * (turn * c0 * turn.transpose()).diagonal().maxCoeff();
+}
+
+/// Covariances of plane i of the basis, at lags of the support.
+LagCovariance plane_statistic(const Frame& frame, int i) {
+    const MatrixXd& turn = frame.basis.forward;
+    const auto covariance = [&](Offset s) {
+        double sum = 0.0;
+        for (int a = 0; a < frame.planes(); ++a) {
+            for (int b = 0; b < frame.planes(); ++b)
+                sum += turn(i, a) * turn(i, b) * frame.statistic(a, b, s);
+        }
+        return sum;
+    };
+    LagCovariance plane(1, frame.statistic.size(), frame.support.reach);
+    plane.set(0, 0, {}, std::max(covariance({}), 0.0) + frame.white);
+    for (const Offset s : frame.support.offsets) plane.set(0, 0, s, covariance(s));
+    return plane;
+}
+
+/// Which offsets plane i has itself at.
+std::vector<std::uint8_t> plane_pairs(const Frame& frame, int i) {
+    std::vector<std::uint8_t> own;
+    if (!is_constrained(frame.shape.active)) return own;
+    const auto d = static_cast<size_t>(frame.planes()), place = static_cast<size_t>(i);
+    for (size_t s = 0; s < frame.shape.offsets.size(); ++s)
+        own.push_back(frame.shape.active[(s * d + place) * d + place]);
+    return own;
+}
+
+/// Independent planes, each by its own fit.
+Point independent_planes(const Frame& frame, const MrfLikelihoodOptions& options, MrfLikelihoodFit& fit) {
+    const int d = frame.planes();
+    Point start{{MatrixXd::Identity(d, d), frame.support.offsets, {}}, MatrixXd::Zero(d, d)};
+    start.lambda.terms.assign(frame.support.offsets.size(), MatrixXd::Zero(d, d));
+    fit.converged = true;
+    for (int i = 0; i < d; ++i) {
+        const MrfLikelihoodFit one =
+            fit_mmrf_ml(plane_statistic(frame, i), NeighbourhoodKind::custom, frame.shape.offsets,
+                        plane_pairs(frame, i), NoiseForm::full, options);
+        fit.iterations += one.iterations;
+        fit.penalty = std::max(fit.penalty, one.penalty);
+        fit.converged = fit.converged && one.converged;
+        for (size_t s = 0; s < frame.support.offsets.size(); ++s)
+            start.lambda.terms[s](i, i) = one.model.coefficients[frame.support.position[s]];
+        start.root(i, i) = 1.0 / std::sqrt(one.model.noise_covariance.front());
+    }
+    return start;
+}
+
+/// I of the planes of the basis, white noise included.
+std::vector<LaneMatrix> turned_periodogram(const Frame& frame, const FoldedPeriodogram& periodogram) {
+    const MatrixXd& turn = frame.basis.forward;
+    std::vector<LaneMatrix> turned;
+    for (const LaneMatrix& row : periodogram.rows) {
+        LaneMatrix both = adjoint(product(turn, adjoint(product(turn, row))));
+        for (int i = 0; i < both.planes(); ++i) {
+            for (size_t n = 0; n < both.lanes(); ++n) both.real(i, i)[n] += frame.white;
+        }
+        turned.push_back(std::move(both));
+    }
+    return turned;
+}
+
+/// The model in the planes of the picture.
+MrfModel model_at(const Frame& frame, const Point& point) {
+    const Index d = frame.planes();
+    const auto block = static_cast<size_t>(d * d);
+    const MatrixXd& turn = frame.basis.forward;
+    MrfModel model = frame.shape;
+    model.coefficients.resize(model.offsets.size() * block);
+    for (size_t s = 0; s < frame.support.offsets.size(); ++s) {
+        const MatrixXd a = turn.transpose() * point.lambda.terms[s] * turn;
+        Eigen::Map<RowMajor>(model.coefficients.data() + frame.support.position[s] * block, d, d) = a;
+        Eigen::Map<RowMajor>(model.coefficients.data() + frame.support.mirror[s] * block, d, d) =
+            a.transpose();
+    }
+    const MatrixXd root = turn.transpose() * point.root.inverse() * turn;
+    const MatrixXd sigma = root * root;
+    model.noise_covariance.resize(block);
+    Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+    return model;
+}
+
+/// Takes the point's model, its proof and its certificate into the fit.
+void take(const Frame& frame, const Point& point, const PositiveDefiniteness& proof, MrfLikelihoodFit& fit) {
+    fit.certified = proof.proven;
+    fit.min_eigenvalue = proof.min_eigenvalue;
+    fit.model = model_at(frame, point);
+    fit.examination = examine(fit.model, frame.statistic);
+    fit.variance_ratio = fit.examination->certificate.variance_ratio;
+}
+
+/// Takes the point where it is proven, certified and has no more variance than the data.
+bool take_credible(const Frame& frame, const Point& point, MrfLikelihoodFit& fit) {
+    const PositiveDefiniteness proof = positive_everywhere(point.lambda);
+    if (!proof.proven) return false;
+    take(frame, point, proof, fit);
+    return fit.examination->certificate.valid &&
+           std::ranges::all_of(fit.variance_ratio, [](double ratio) { return ratio <= most_variance; });
+}
+
+/// Takes the end of a descent. Where it is indefinite between the nodes, or so nearly that hardly any
+/// frequency holds all of the variance: back towards the start, which is valid, as little as will do.
+bool take_end(const Frame& frame, const Whittle& whittle, const Point& start, Point& end,
+              MrfLikelihoodFit& fit) {
+    const VectorXd last = whittle.vector(end), first = whittle.vector(start);
+    bool taken = take_credible(frame, end, fit);
+    for (double back = 1.0 / 4096.0; back <= 1.0 && !taken; back *= 2.0) {
+        end = whittle.point(last + back * (first - last), start);
+        taken = take_credible(frame, end, fit);
+    }
+    return taken;
+}
+
 }  // namespace
 
 MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodogram& periodogram,
@@ -337,121 +521,34 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
         fit.model.form = MrfForm::pmrf;
         return fit;
     }
-    const HalfSupport support = half_support(statistic, offsets, active, asked);
-    if (periodogram.rows.empty() || periodogram.rows.front().planes() != d) {
-        throw InputError(asked, "the periodogram is not that of the picture",
-                         "compute both from the same picture");
-    }
     const bool full = noise == NoiseForm::full;
-    const auto side = static_cast<size_t>(d);
-    check_dense_hessian(asked, support.offsets.size() * side * side + side,
-                        "use least squares (--estimator ls), a 2d-pmrf or 3d-mmrf model, or a lower order");
-    const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
-    const MatrixXd c0 = lag_zero(statistic);
-    // Λ and Σ^{1/2} turn with the planes only in orthogonal bases: no scaling.
-    WorkingBasis basis{MatrixXd::Identity(d, d), MatrixXd::Identity(d, d)};
-    if (full && !constrained) basis = working_basis(c0, Turn::rotation);
-    const MatrixXd& turn = basis.forward;
-    const double floor = 1e-8 * (turn * c0 * turn.transpose()).diagonal().maxCoeff();
+    Frame frame{statistic, half_support(statistic, offsets, active, asked), {}, {}};
+    check_request(frame.support, periodogram, d, asked);
+    frame.shape.form = MrfForm::pmrf;
+    frame.shape.planes = d;
+    frame.shape.kind = kind;
+    frame.shape.offsets = offsets;
+    frame.shape.active = active;
+    set_basis(frame, full);
 
-    // Independent planes.
-    Point start{{MatrixXd::Identity(d, d), support.offsets, {}}, MatrixXd::Zero(d, d)};
-    start.lambda.terms.assign(support.offsets.size(), MatrixXd::Zero(d, d));
     MrfLikelihoodFit fit;
-    fit.converged = true;
-    for (int i = 0; i < d; ++i) {
-        LagCovariance plane(1, statistic.size(), support.reach);
-        std::vector<std::uint8_t> own;
-        for (size_t s = 0; s < offsets.size() && constrained; ++s) {
-            own.push_back(
-                active[(s * static_cast<size_t>(d) + static_cast<size_t>(i)) * static_cast<size_t>(d) +
-                       static_cast<size_t>(i)]);
-        }
-        const auto covariance = [&](Offset s) {
-            double sum = 0.0;
-            for (int a = 0; a < d; ++a) {
-                for (int b = 0; b < d; ++b) sum += turn(i, a) * turn(i, b) * statistic(a, b, s);
-            }
-            return sum;
-        };
-        // White noise where a plane repeats others.
-        plane.set(0, 0, {}, std::max(covariance({}), 0.0) + floor);
-        for (const Offset s : support.offsets) plane.set(0, 0, s, covariance(s));
-        const MrfLikelihoodFit one =
-            fit_mmrf_ml(plane, NeighbourhoodKind::custom, offsets, own, NoiseForm::full, options);
-        fit.iterations += one.iterations;
-        fit.penalty = std::max(fit.penalty, one.penalty);
-        fit.converged = fit.converged && one.converged;
-        for (size_t s = 0; s < support.offsets.size(); ++s)
-            start.lambda.terms[s](i, i) = one.model.coefficients[support.position[s]];
-        start.root(i, i) = 1.0 / std::sqrt(one.model.noise_covariance.front());
-    }
-
-    std::vector<LaneMatrix> turned;
-    for (const LaneMatrix& row : periodogram.rows) {
-        LaneMatrix both = adjoint(product(turn, adjoint(product(turn, row))));
-        for (int i = 0; i < d; ++i) {
-            for (size_t n = 0; n < both.lanes(); ++n) both.real(i, i)[n] += floor;
-        }
-        turned.push_back(std::move(both));
-    }
-    const Whittle whittle(support, active, d, full, periodogram.grid, std::move(turned));
+    const Point start = independent_planes(frame, options, fit);
+    const Whittle whittle(frame.support, active, d, full, periodogram.grid,
+                          turned_periodogram(frame, periodogram));
     Descent end = descend(whittle, start, options);
-    PositiveDefiniteness proof = positive_everywhere(end.point.lambda);
-    const auto model_at = [&](const Point& point) {
-        const auto block = static_cast<size_t>(d) * static_cast<size_t>(d);
-        MrfModel model;
-        model.form = MrfForm::pmrf;
-        model.planes = d;
-        model.kind = kind;
-        model.offsets = offsets;
-        model.active = active;
-        model.coefficients.resize(offsets.size() * block);
-        for (size_t s = 0; s < support.offsets.size(); ++s) {
-            const MatrixXd a = turn.transpose() * point.lambda.terms[s] * turn;
-            Eigen::Map<RowMajor>(model.coefficients.data() + support.position[s] * block, d, d) = a;
-            Eigen::Map<RowMajor>(model.coefficients.data() + support.mirror[s] * block, d, d) = a.transpose();
-        }
-        const MatrixXd root = turn.transpose() * point.root.inverse() * turn;
-        const MatrixXd sigma = root * root;
-        model.noise_covariance.resize(block);
-        Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
-        return model;
-    };
-    // Indefinite between the nodes, or so nearly that hardly any frequency holds all of the variance: back
-    // towards the start, which is valid, as little as will do.
-    const VectorXd last = whittle.vector(end.point), first = whittle.vector(start);
-    const auto credible = [&] {
-        if (!proof.proven) return false;
-        fit.model = model_at(end.point);
-        const Certificate& certificate = fit.examination.emplace(examine(fit.model, statistic)).certificate;
-        return certificate.valid && std::ranges::all_of(certificate.variance_ratio,
-                                                        [](double ratio) { return ratio <= most_variance; });
-    };
-    bool kept = credible();
-    for (double back = 1.0 / 4096.0; back <= 1.0 && !kept; back *= 2.0) {
-        end.point = whittle.point(last + back * (first - last), start);
-        proof = positive_everywhere(end.point.lambda);
-        kept = credible();
-    }
+    const bool taken = take_end(frame, whittle, start, end.point, fit);
     const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());
     constexpr double none = std::numeric_limits<double>::infinity();
     fit.objective = whittle.value(end.point, lattice).value_or(none);
     fit.start_objective = whittle.value(start, lattice).value_or(end.start);
-    if (!kept || !(fit.objective <= fit.start_objective)) {
-        end.point = start;
+    if (!taken || !(fit.objective <= fit.start_objective)) {
         end.converged = false;
         fit.objective = fit.start_objective;
-        proof = positive_everywhere(start.lambda);
-        fit.model = model_at(start);
-        fit.examination = examine(fit.model, statistic);
+        take(frame, start, positive_everywhere(start.lambda), fit);
     }
     fit.iterations += end.iterations;
     fit.converged = fit.converged && end.converged;
     fit.gradient = end.gradient;
-    fit.certified = proof.proven;
-    fit.min_eigenvalue = proof.min_eigenvalue;
-    fit.variance_ratio = fit.examination->certificate.variance_ratio;
     return fit;
 }
 

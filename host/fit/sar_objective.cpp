@@ -89,28 +89,32 @@ double SarObjective::value(const VectorXd& x) {
     return likelihood_ + 0.5 * guard_.strength * excess_.squaredNorm();
 }
 
-SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
-    const Index d = layout_.planes, entries = d * d, terms = static_cast<Index>(layout_.terms.size());
-    // Fields: B⁻¹, products of two of its entries, and B⁻¹_{mi} S_{jm} for every plane m whose variance is
-    // guarded.
-    std::vector<Index> guarded;
-    if (guard_.strength > 0.0) {
-        for (Index m = 0; m < d; ++m) {
-            if (excess_[m] > 0.0) guarded.push_back(m);
+/// Which fields' moments the derivatives are made of: B⁻¹, products of two of its entries, and B⁻¹_{mi}
+/// S_{jm} for every plane m whose variance is guarded.
+struct SarObjective::Fields {
+    bool twice;  ///< the products are among them
+    Index entries, first_guard, count;
+    std::vector<Index> pair_place;  ///< of the product of entries e and f, at [e · entries + f]
+    std::vector<Index> guarded;     ///< planes
+
+    Fields(Index d, bool with_products, std::vector<Index> guarded_planes)
+        : twice(with_products),
+          entries(d * d),
+          pair_place(static_cast<size_t>(entries * entries)),
+          guarded(std::move(guarded_planes)) {
+        Index field = entries;
+        for (Index e = 0; e < entries; ++e) {
+            for (Index f = e; twice && f < entries; ++f, ++field) {
+                pair_place[static_cast<size_t>(e * entries + f)] = field;
+                pair_place[static_cast<size_t>(f * entries + e)] = field;
+            }
         }
+        first_guard = field;
+        count = field + static_cast<Index>(guarded.size()) * entries;
     }
-    Index fields = entries;
-    std::vector<Index> pair_place(static_cast<size_t>(entries * entries));
-    for (Index e = 0; e < entries; ++e) {
-        for (Index f = e; twice && f < entries; ++f, ++fields) {
-            pair_place[static_cast<size_t>(e * entries + f)] = fields;
-            pair_place[static_cast<size_t>(f * entries + e)] = fields;
-        }
-    }
-    const Index first_guard = fields;
-    fields += static_cast<Index>(guarded.size()) * entries;
-    const Offset box = twice ? Offset{2 * reach_.row, 2 * reach_.column} : reach_;
-    const RowMajor means = spectrum_->moments(fields, box, [&](const RowMajor& inverse, RowMajor& values) {
+
+    /// \param values rows 2k and 2k + 1 for field k
+    void fill(const RowMajor& inverse, Index d, RowMajor& values) const {
         values.topRows(2 * entries) = inverse;
         Index field = entries;
         for (Index e = 0; e < entries; ++e) {
@@ -126,11 +130,38 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
                     multiply_fields(inverse, m * d + i, density, j * d + m, values, field);
             }
         }
-    });
+    }
+};
 
+SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
+    const Index d = layout_.planes;
+    std::vector<Index> guarded;
+    for (Index m = 0; m < d && guard_.strength > 0.0; ++m) {
+        if (excess_[m] > 0.0) guarded.push_back(m);
+    }
+    const Fields fields(d, twice, std::move(guarded));
+    const Offset box = twice ? Offset{2 * reach_.row, 2 * reach_.column} : reach_;
+    const RowMajor means = spectrum_->moments(
+        fields.count, box,
+        [&](const RowMajor& inverse, RowMajor& values) { fields.fill(inverse, d, values); });
     Derivatives result;
-    result.gradient.setZero(layout_.unknowns);
-    MatrixXd slopes = MatrixXd::Zero(layout_.unknowns, static_cast<Index>(guarded.size()));
+    result.gradient = likelihood_gradient(means, box);
+    const MatrixXd slopes = guard_slopes(fields, means, box);
+    for (Index g = 0; g < slopes.cols(); ++g)
+        result.gradient += guard_.strength * excess_[fields.guarded[static_cast<size_t>(g)]] * slopes.col(g);
+    if (!twice) return result;
+    result.hessian = logarithm_hessian(fields, means, box);
+    add_quadratic(result.hessian);
+    for (Index g = 0; g < slopes.cols(); ++g) {
+        const VectorXd slope = slopes.col(g);
+        result.hessian.selfadjointView<Eigen::Lower>().rankUpdate(slope, guard_.strength);
+    }
+    return result;
+}
+
+VectorXd SarObjective::likelihood_gradient(const RowMajor& means, Offset box) const {
+    const Index d = layout_.planes, terms = static_cast<Index>(layout_.terms.size());
+    VectorXd gradient = VectorXd::Zero(layout_.unknowns);
     for (Index s = 0; s < terms; ++s) {
         const Index lag = lag_place(layout_.terms[static_cast<size_t>(s)], box);
         for (Index i = 0; i < d; ++i) {
@@ -142,27 +173,40 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
                     for (Index l = 0; l < d; ++l)
                         along += moments_(s * d + j, t * d + l) * b_[(t * d + i) * d + l];
                 }
-                result.gradient[x] += 2.0 * (along - means(lag, j * d + i));
-                for (size_t g = 0; g < guarded.size(); ++g) {
-                    // ∂P_mm/∂b_{s,ij} = −2 Re mean B⁻¹_{mi} S_{jm} e^{iωs}
-                    slopes(x, static_cast<Index>(g)) -=
-                        2.0 * means(lag, first_guard + (static_cast<Index>(g) * d + i) * d + j);
-                }
+                gradient[x] += 2.0 * (along - means(lag, j * d + i));
             }
         }
     }
-    for (size_t g = 0; g < guarded.size(); ++g)
-        result.gradient += guard_.strength * excess_[guarded[g]] * slopes.col(static_cast<Index>(g));
-    if (!twice) return result;
+    return gradient;
+}
+
+MatrixXd SarObjective::guard_slopes(const Fields& fields, const RowMajor& means, Offset box) const {
+    const Index d = layout_.planes, terms = static_cast<Index>(layout_.terms.size());
+    MatrixXd slopes = MatrixXd::Zero(layout_.unknowns, static_cast<Index>(fields.guarded.size()));
+    for (Index s = 0; s < terms; ++s) {
+        const Index lag = lag_place(layout_.terms[static_cast<size_t>(s)], box);
+        for (Index i = 0; i < d; ++i) {
+            for (Index j = 0; j < d; ++j) {
+                const Index x = layout_.place[static_cast<size_t>((s * d + i) * d + j)];
+                if (x < 0) continue;
+                // ∂P_mm/∂b_{s,ij} = −2 Re mean B⁻¹_{mi} S_{jm} e^{iωs}
+                for (Index g = 0; g < slopes.cols(); ++g)
+                    slopes(x, g) -= 2.0 * means(lag, fields.first_guard + (g * d + i) * d + j);
+            }
+        }
+    }
+    return slopes;
+}
+
+MatrixXd SarObjective::logarithm_hessian(const Fields& fields, const RowMajor& means, Offset box) const {
+    const Index d = layout_.planes, entries = d * d, terms = static_cast<Index>(layout_.terms.size());
     // 2 Re mean [B⁻¹]_{li} [B⁻¹]_{jk} e^{iω(s+t)}
-    result.hessian.setZero(layout_.unknowns, layout_.unknowns);
+    MatrixXd hessian = MatrixXd::Zero(layout_.unknowns, layout_.unknowns);
     for (Index s = 0; s < terms; ++s) {
         for (Index t = 0; t < terms; ++t) {
-            const double* at = means
-                                   .row(lag_place(sum(layout_.terms[static_cast<size_t>(s)],
-                                                      layout_.terms[static_cast<size_t>(t)]),
-                                                  box))
-                                   .data();
+            const Offset lag =
+                sum(layout_.terms[static_cast<size_t>(s)], layout_.terms[static_cast<size_t>(t)]);
+            const double* at = means.row(lag_place(lag, box)).data();
             for (Index p = 0; p < entries; ++p) {
                 const Index x = layout_.place[static_cast<size_t>(s * entries + p)];
                 if (x < 0) continue;
@@ -171,18 +215,13 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
                     const Index y = layout_.place[static_cast<size_t>(t * entries + q)];
                     if (y < 0 || y > x) continue;
                     const Index k = q / d, l = q % d;
-                    result.hessian(x, y) +=
-                        2.0 * at[pair_place[static_cast<size_t>((l * d + i) * entries + j * d + k)]];
+                    hessian(x, y) +=
+                        2.0 * at[fields.pair_place[static_cast<size_t>((l * d + i) * entries + j * d + k)]];
                 }
             }
         }
     }
-    add_quadratic(result.hessian);
-    for (size_t g = 0; g < guarded.size(); ++g) {
-        const VectorXd slope = slopes.col(static_cast<Index>(g));
-        result.hessian.selfadjointView<Eigen::Lower>().rankUpdate(slope, guard_.strength);
-    }
-    return result;
+    return hessian;
 }
 
 void SarObjective::add_quadratic(MatrixXd& hessian) const {

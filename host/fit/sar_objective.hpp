@@ -62,7 +62,16 @@ class SarObjective {
     [[nodiscard]] Eigen::VectorXd gradient() const { return differentiate(false).gradient; }
 
   private:
+    struct Fields;
+    using Means = InverseSpectrum::RowMajor;  ///< of the fields, [lag of the box][field]
     [[nodiscard]] Derivatives differentiate(bool twice) const;
+    /// Without the guard.
+    [[nodiscard]] Eigen::VectorXd likelihood_gradient(const Means& means, Offset box) const;
+    /// ∂P_mm of every guarded plane, a column each.
+    [[nodiscard]] Eigen::MatrixXd guard_slopes(const Fields& fields, const Means& means, Offset box) const;
+    /// Second derivatives of −2 mean_t ln |det B_t|, lower triangle.
+    [[nodiscard]] Eigen::MatrixXd logarithm_hessian(const Fields& fields, const Means& means,
+                                                    Offset box) const;
     void add_quadratic(Eigen::MatrixXd& hessian) const;
 
     Layout layout_;

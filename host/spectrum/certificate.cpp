@@ -148,6 +148,76 @@ bool is_positive_everywhere(const SpectralForm& form) {
     return positive_everywhere(lambda).proven;
 }
 
+/// Means over the nodes; `nodes` gets what the search reads of each.
+SpectralMeans visit_nodes(const SpectralForm& form, NodeValues& nodes) {
+    nodes.side = base_side;
+    const auto count = static_cast<size_t>(base_side / 2 + 1) * static_cast<size_t>(base_side);
+    nodes.inverse_norm.resize(count);
+    nodes.determinant.resize(count);
+    return spectral_means(form, {base_side, base_side}, [&](int m, const SpectralRow& row) {
+        for (int n = 0; n < base_side; ++n) {
+            const auto place =
+                static_cast<size_t>(m) * static_cast<size_t>(base_side) + static_cast<size_t>(n);
+            nodes.inverse_norm[place] = row.inverse_norm(n);
+            nodes.determinant[place] = row.determinant(n);
+        }
+    });
+}
+
+/// What is known of the zeros of det Λ.
+struct Proof {
+    TorusSearch search;
+    bool positive = true;  ///< at frequency 0, where that matters
+    [[nodiscard]] bool complete() const { return search.zeros == 0 && search.decided && positive; }
+};
+
+/// \param turned the form in the working basis, which nodes are of
+Proof prove(const SpectralForm& form, const SpectralForm& turned, const NodeValues& nodes) {
+    Proof proof;
+    // A moving average is a field whatever its transfer function does: there is nothing to search.
+    if (form.kind != SpectralForm::Kind::moving_average) proof.search = search_torus(turned, nodes);
+    proof.positive = !form.is_markov() || is_positive_at_zero(form);
+    // Cholesky factors of a Hermitian Λ bound its change more tightly than its inverse does: they decide what
+    // the search leaves open where Λ is nearly singular.
+    if (form.is_markov() && proof.search.zeros == 0 && !proof.search.decided && proof.positive)
+        proof.search.decided = is_positive_everywhere(form);
+    return proof;
+}
+
+/// Adds what the search found between the nodes, unless the nodes resolve the spectrum.
+/// \param inverse takes the working basis back
+/// \return side of a grid that resolves it, to about a percent
+int complete_means(const SpectralForm& turned, const MatrixXd& inverse, const TorusSearch& search,
+                   SpectralMeans& means) {
+    const auto in_planes = [&](const MatrixXd& c) -> MatrixXd { return inverse * c * inverse.transpose(); };
+    const int d = turned.planes();
+    int grid = d <= 4 ? 2 * base_side : base_side;
+    // Sums over a grid converge geometrically once they resolve the spectrum: the error of twice the points
+    // is the square of what it was. Where halving the grid shows that they do, and the search has found no
+    // peak between its nodes, they are better than what the search adds.
+    const MatrixXd fine = in_planes(means.covariance),
+                   coarse = in_planes(spectral_means(turned, half_grid).covariance);
+    const MatrixXd found = in_planes(search.covariance);
+    bool resolved = true;
+    for (int i = 0; i < d; ++i) {
+        resolved = resolved && std::abs(fine(i, i) - coarse(i, i)) <= 1e-2 * fine(i, i) &&
+                   std::abs(found(i, i)) <= 0.05 * fine(i, i);
+        if (!(std::abs(found(i, i)) <= 0.01 * fine(i, i))) grid = d <= 4 ? 4 * base_side : 2 * base_side;
+    }
+    if (!resolved) {
+        means.covariance += search.covariance;
+        means.log_determinant += search.log_determinant;
+    }
+    return grid;
+}
+
+/// Model's variances over the data's.
+std::vector<double> variance_ratios(const MatrixXd& covariance, const LagCovariance& data) {
+    std::vector<double> ratios;
+    for (int i = 0; i < data.planes(); ++i) ratios.push_back(covariance(i, i) / data(i, i, {}));
+    return ratios;
+}
+
 }  // namespace
 
 Examination detail::examine(const SpectralForm& form, const LagCovariance& data) {
@@ -161,67 +231,24 @@ Examination detail::examine(const SpectralForm& form, const LagCovariance& data)
     // floor keeps the basis from multiplying rounding by more than a thousand.
     const WorkingBasis white = working_basis(lag_zero(data), Turn::nearest, {.absolute = 1e-6});
     const SpectralForm turned = change_basis(form, white.forward, white.inverse);
-
     NodeValues nodes;
-    nodes.side = base_side;
-    const auto count = static_cast<size_t>(base_side / 2 + 1) * static_cast<size_t>(base_side);
-    nodes.inverse_norm.resize(count);
-    nodes.determinant.resize(count);
-    SpectralMeans means = spectral_means(turned, {base_side, base_side}, [&](int m, const SpectralRow& row) {
-        for (int n = 0; n < base_side; ++n) {
-            const auto place =
-                static_cast<size_t>(m) * static_cast<size_t>(base_side) + static_cast<size_t>(n);
-            nodes.inverse_norm[place] = row.inverse_norm(n);
-            nodes.determinant[place] = row.determinant(n);
-        }
-    });
-    // A moving average is a field whatever its transfer function does: there is nothing to search.
-    const bool moving_average = form.kind == SpectralForm::Kind::moving_average;
-    TorusSearch search;
-    if (!moving_average) search = search_torus(turned, nodes);
-    const bool positive = !form.is_markov() || is_positive_at_zero(form);
-    // Cholesky factors of a Hermitian Λ bound its change more tightly than its inverse does: they decide what
-    // the search leaves open where Λ is nearly singular.
-    if (form.is_markov() && search.zeros == 0 && !search.decided && positive)
-        search.decided = is_positive_everywhere(form);
-    const bool proven = search.zeros == 0 && search.decided && positive;
-    const auto in_planes = [&](const MatrixXd& c) -> MatrixXd {
-        return white.inverse * c * white.inverse.transpose();
-    };
+    SpectralMeans means = visit_nodes(turned, nodes);
+    const Proof proof = prove(form, turned, nodes);
+
     Examination result;
     result.grid = d <= 4 ? 2 * base_side : base_side;
-    if (proven && !moving_average) {
-        // Sums over a grid converge geometrically once they resolve the spectrum: the error of twice the
-        // points is the square of what it was. Where halving the grid shows that they do, and the search has
-        // found no peak between its nodes, they are better than what the search adds.
-        const MatrixXd fine = in_planes(means.covariance),
-                       coarse = in_planes(spectral_means(turned, half_grid).covariance);
-        const MatrixXd found = in_planes(search.covariance);
-        bool resolved = true;
-        for (int i = 0; i < d; ++i) {
-            resolved = resolved && std::abs(fine(i, i) - coarse(i, i)) <= 1e-2 * fine(i, i) &&
-                       std::abs(found(i, i)) <= 0.05 * fine(i, i);
-            if (!(std::abs(found(i, i)) <= 0.01 * fine(i, i)))
-                result.grid = d <= 4 ? 4 * base_side : 2 * base_side;
-        }
-        if (!resolved) {
-            means.covariance += search.covariance;
-            means.log_determinant += search.log_determinant;
-        }
-    }
-    const MatrixXd covariance = in_planes(means.covariance);
-
-    bool credible = true;
-    for (int i = 0; i < d; ++i) {
-        const double ratio = covariance(i, i) / data(i, i, {});
-        result.certificate.variance_ratio.push_back(ratio);
-        credible = credible && ratio > 0.0 && ratio <= largest_ratio;
-    }
+    if (proof.complete() && form.kind != SpectralForm::Kind::moving_average)
+        result.grid = complete_means(turned, white.inverse, proof.search, means);
     result.log_determinant = means.log_determinant;
-    result.certificate.zeros = search.zeros;
-    result.certificate.min_singular = minimum_singular_value(hermitian_form(form), nodes);
-    if (!positive) result.certificate.min_singular = -result.certificate.min_singular;
-    result.certificate.valid = proven && credible;
+    Certificate& certificate = result.certificate;
+    certificate.variance_ratio =
+        variance_ratios(white.inverse * means.covariance * white.inverse.transpose(), data);
+    const bool credible = std::ranges::all_of(
+        certificate.variance_ratio, [](double ratio) { return ratio > 0.0 && ratio <= largest_ratio; });
+    certificate.zeros = proof.search.zeros;
+    certificate.min_singular = minimum_singular_value(hermitian_form(form), nodes);
+    if (!proof.positive) certificate.min_singular = -certificate.min_singular;
+    certificate.valid = proof.complete() && credible;
     return result;
 }
 

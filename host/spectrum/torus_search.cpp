@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "host/base/eigen.hpp"
@@ -257,6 +258,12 @@ class Search {
         bool singular_centre = false, suspect = false, divide = false, positive = false;
     };
 
+    /// Densities and logarithms of determinants, as far as they count.
+    struct Sums {
+        Eigen::MatrixXd densities;
+        double logarithms = 0.0;
+    };
+
     /// Tests all cells and adds the densities of those that are not divided.
     /// \param largest κ of a square that is not divided
     std::vector<Judgement> judge_all(const std::vector<Cell>& cells, int division, double largest,
@@ -265,61 +272,76 @@ class Search {
         constexpr size_t lanes = 64, chunk = 4 * lanes;
         const auto chunks = static_cast<int>((cells.size() + chunk - 1) / chunk);
         const auto d = result_.covariance.rows();
-        std::vector<Eigen::MatrixXd> densities(static_cast<size_t>(chunks), Eigen::MatrixXd::Zero(d, d));
-        std::vector<double> logarithms(static_cast<size_t>(chunks));
+        std::vector<Sums> sums(static_cast<size_t>(chunks), Sums{Eigen::MatrixXd::Zero(d, d)});
         const double share = 1.0 / (static_cast<double>(nodes_.side) * nodes_.side) / std::pow(9.0, division);
+        const auto judge = [&](const Cell& cell, const SpectralPoints& at, int lane) {
+            const double change = bounds_.change(cell.half, at, lane);
+            Judgement judgement;
+            judgement.singular_centre = !(at.inverse_norm(lane) < singular);
+            judgement.suspect = !(change < excluded);
+            judgement.divide = !(change < largest) && !last;
+            judgement.positive = at.determinant(lane).real() > 0.0;
+            return judgement;
+        };
         for_each_block(chunks, [&](int block) {
             const auto place = static_cast<size_t>(block);
             const size_t end = std::min((place + 1) * chunk, cells.size());
             SpectralPoints at(form_, static_cast<int>(std::min(lanes, end - place * chunk)));
             const auto own = static_cast<size_t>(at.lanes());
-            std::vector<double> rows(own), columns(own), scales(own);
+            std::vector<double> scales(own);
             for (size_t first = place * chunk; first < end; first += own) {
-                const size_t count = std::min(own, end - first);
-                for (size_t n = 0; n < own; ++n) {  // what is left over repeats the last
-                    const Point centre = cells[first + std::min(n, count - 1)].centre;
-                    rows[n] = centre.row;
-                    columns[n] = centre.column;
-                }
-                at.evaluate(rows, columns);
-                bool dense = false;
-                for (size_t n = 0; n < count; ++n) {
-                    const Cell& cell = cells[first + n];
-                    const auto lane = static_cast<int>(n);
-                    const double change = bounds_.change(cell.half, at, lane);
-                    Judgement& judgement = judged[first + n];
-                    judgement.singular_centre = !(at.inverse_norm(lane) < singular);
-                    judgement.suspect = !(change < excluded);
-                    judgement.divide = !(change < largest) && !last;
-                    judgement.positive = at.determinant(lane).real() > 0.0;
+                const std::span<const Cell> group(cells.data() + first, std::min(own, end - first));
+                evaluate(group, at);
+                for (size_t n = 0; n < group.size(); ++n) {
+                    const Judgement judgement = judge(group[n], at, static_cast<int>(n));
+                    judged[first + n] = judgement;
                     // The node itself already counts in the means: it leaves them when its square is divided.
                     const double sign =
                         division == 0 ? (judgement.divide ? -1.0 : 0.0) : (judgement.divide ? 0.0 : 1.0);
-                    scales[n] = judgement.singular_centre ? 0.0 : sign * cell.weight * share;
-                    dense = dense || scales[n] != 0.0;
-                    if (scales[n] != 0.0)
-                        logarithms[place] += 0.5 * scales[n] * std::log(std::norm(at.determinant(lane)));
+                    scales[n] = judgement.singular_centre ? 0.0 : sign * group[n].weight * share;
                 }
-                if (!dense) continue;
-                at.evaluate_density();
-                for (Eigen::Index i = 0; i < d; ++i) {
-                    for (Eigen::Index j = i; j < d; ++j) {
-                        const double* const density = at.density(static_cast<int>(i), static_cast<int>(j));
-                        double sum = 0.0;
-                        for (size_t n = 0; n < count; ++n) {
-                            if (scales[n] != 0.0) sum += scales[n] * density[n];
-                        }
-                        densities[place](i, j) += sum;
-                        if (i != j) densities[place](j, i) += sum;
-                    }
-                }
+                add({scales.data(), group.size()}, at, sums[place]);
             }
         });
-        for (size_t k = 0; k < densities.size(); ++k) {
-            result_.covariance += densities[k];
-            result_.log_determinant += logarithms[k];
+        for (const Sums& own : sums) {
+            result_.covariance += own.densities;
+            result_.log_determinant += own.logarithms;
         }
         return judged;
+    }
+
+    static void evaluate(std::span<const Cell> cells, SpectralPoints& at) {
+        const auto lanes = static_cast<size_t>(at.lanes());
+        std::vector<double> rows(lanes), columns(lanes);
+        for (size_t n = 0; n < lanes; ++n) {  // what is left over repeats the last
+            const Point centre = cells[std::min(n, cells.size() - 1)].centre;
+            rows[n] = centre.row;
+            columns[n] = centre.column;
+        }
+        at.evaluate(rows, columns);
+    }
+
+    /// Adds values of the points in these shares.
+    static void add(std::span<const double> scales, SpectralPoints& at, Sums& sums) {
+        bool dense = false;
+        for (size_t n = 0; n < scales.size(); ++n) {
+            if (scales[n] == 0.0) continue;
+            dense = true;
+            sums.logarithms += 0.5 * scales[n] * std::log(std::norm(at.determinant(static_cast<int>(n))));
+        }
+        if (!dense) return;
+        at.evaluate_density();
+        for (int i = 0; i < at.planes(); ++i) {
+            for (int j = i; j < at.planes(); ++j) {
+                const double* const density = at.density(i, j);
+                double sum = 0.0;
+                for (size_t n = 0; n < scales.size(); ++n) {
+                    if (scales[n] != 0.0) sum += scales[n] * density[n];
+                }
+                sums.densities(i, j) += sum;
+                if (i != j) sums.densities(j, i) += sum;
+            }
+        }
     }
 
     /// Cells that may hold a zero. Zeros that are plain to see are counted on the way: singular centres, and
