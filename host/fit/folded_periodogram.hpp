@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "btfield/image.hpp"
+#include "host/spectrum/frequency_grid.hpp"
 #include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield::detail {

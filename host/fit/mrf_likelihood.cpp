@@ -21,7 +21,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
-using RowMajor = LagTransform::RowMajor;
+using RowMajor = RowMajorMatrix;
 
 // Beyond this many unknowns the Hessian is not formed: conjugate gradients need only its products with
 // vectors.
@@ -87,7 +87,7 @@ class Problem {
     /// ∂f: data's minus model's covariances (with the penalty: those of S + weight S³), as `traces` arranges
     /// them.
     [[nodiscard]] VectorXd gradient(const VectorXd& x, const Lattice& lattice) const {
-        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
+        std::vector<LagSums> sums = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
             RowMajor rows;
             lower_triangle(s, rows);
@@ -96,9 +96,9 @@ class Problem {
                 lower_triangle(product(product(s, s), s), cubes);
                 rows += penalty_ * cubes;
             }
-            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+            sums[static_cast<size_t>(block)].add(m, rows);
         });
-        return data_ - traces(unknowns_, lattice.lags, sum_of(sums));
+        return data_ - traces(unknowns_, means_of(sums));
     }
     struct Derivatives {
         VectorXd gradient;
@@ -107,7 +107,7 @@ class Problem {
     /// Hessian: traces of Φ = S⊗S + weight (S⊗S³ + S²⊗S² + S³⊗S).
     [[nodiscard]] Derivatives derivatives(const VectorXd& x, const Lattice& lattice) const {
         const auto count = static_cast<Index>(pairs_.pairs().size());
-        std::vector<RowMajor> second = blocks_of(lattice, lattice.twice, count);
+        std::vector<LagSums> second = sums_of_blocks(lattice.rows(), lattice.twice, count);
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
             RowMajor rows = RowMajor::Zero(2 * count, static_cast<Index>(lattice.columns()));
             pairs_.add_products(s, s, 1.0, rows);
@@ -117,13 +117,13 @@ class Problem {
                 pairs_.add_products(s, cube, penalty_, rows);
                 pairs_.add_products(cube, s, penalty_, rows);
             }
-            lattice.twice.add(m, rows, second[static_cast<size_t>(block)]);
+            second[static_cast<size_t>(block)].add(m, rows);
         });
-        return {gradient(x, lattice), second_traces(unknowns_, pairs_, lattice.twice, sum_of(second))};
+        return {gradient(x, lattice), second_traces(unknowns_, pairs_, means_of(second))};
     }
     /// H v = traces of S V S (+ weight (S V S³ + S² V S² + S³ V S)), V the polynomial of v.
     [[nodiscard]] VectorXd hessian_times(const VectorXd& x, const VectorXd& v, const Lattice& lattice) const {
-        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
+        std::vector<LagSums> sums = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
         const HermitianPolynomial direction = polynomial(v);
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
             LaneMatrix change(planes_, lattice.columns());
@@ -141,27 +141,23 @@ class Problem {
                     rows += penalty_ * more;
                 }
             }
-            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+            sums[static_cast<size_t>(block)].add(m, rows);
         });
-        return traces(unknowns_, lattice.lags, sum_of(sums));
+        return traces(unknowns_, means_of(sums));
     }
     /// Model's covariance at lag 0.
     [[nodiscard]] MatrixXd covariance(const VectorXd& x, const Lattice& lattice) const {
-        std::vector<RowMajor> sums = blocks_of(lattice, lattice.lags, triangle());
+        std::vector<LagSums> sums = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
             RowMajor rows;
             lower_triangle(s, rows);
-            lattice.lags.add(m, rows, sums[static_cast<size_t>(block)]);
+            sums[static_cast<size_t>(block)].add(m, rows);
         });
-        return mean_of(lattice.lags, sum_of(sums), planes_);
+        return mean_of(means_of(sums), planes_);
     }
 
   private:
     [[nodiscard]] Index triangle() const { return Index{planes_} * (planes_ + 1) / 2; }
-    static std::vector<RowMajor> blocks_of(const Lattice& lattice, const LagTransform& transform,
-                                           Index functions) {
-        return sums_of_blocks(lattice.rows(), transform, functions);
-    }
     /// Calls visit(block, m, Q⁻¹ or rubbish) for every row m.
     /// \return mean ln det Q, nothing when indefinite
     template <class Visit>

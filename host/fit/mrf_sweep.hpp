@@ -57,22 +57,18 @@ std::optional<double> sweep_rows(const HermitianPolynomial& polynomial, const Fr
     return mean;
 }
 
-/// Zero sums of every block of a pass over the grid that the transform is of.
-[[nodiscard]] inline std::vector<LagTransform::RowMajor> sums_of_blocks(int rows,
-                                                                        const LagTransform& transform,
-                                                                        Eigen::Index functions) {
-    return {static_cast<std::size_t>(RowBlocks(rows).count), transform.zero(functions)};
+/// Empty sums of every block of a pass over the grid that the transform is of.
+[[nodiscard]] inline std::vector<LagSums> sums_of_blocks(int rows, const LagTransform& transform,
+                                                         Eigen::Index functions) {
+    const RowBlocks blocks(rows);
+    return {static_cast<std::size_t>(blocks.count), LagSums(transform, functions, blocks.per_block)};
 }
 
 /// mean_t K_t of a Hermitian K whose lower triangle has been summed, as lower_triangle() arranges it.
-[[nodiscard]] inline Eigen::MatrixXd mean_of(const LagTransform& transform,
-                                             const LagTransform::RowMajor& sums, int planes) {
+[[nodiscard]] inline Eigen::MatrixXd mean_of(const LagMeans& means, int planes) {
     Eigen::MatrixXd mean(planes, planes);
     for (int i = 0; i < planes; ++i) {
-        for (int j = 0; j <= i; ++j) {
-            mean(i, j) = transform.at(sums, Eigen::Index{i} * (i + 1) / 2 + j, {});
-            mean(j, i) = mean(i, j);
-        }
+        for (int j = 0; j <= i; ++j) mean(i, j) = mean(j, i) = means(Eigen::Index{i} * (i + 1) / 2 + j, {});
     }
     return mean;
 }

@@ -130,7 +130,7 @@ VectorXd collect(const std::vector<MrfUnknown>& unknowns, const HermitianPolynom
     return x;
 }
 
-void lower_triangle(const LaneMatrix& matrix, LagTransform::RowMajor& rows) {
+void lower_triangle(const LaneMatrix& matrix, RowMajorMatrix& rows) {
     const auto lanes = static_cast<Index>(matrix.lanes());
     const int d = matrix.planes();
     rows.resize(2 * triangle(d, 0), lanes);
@@ -142,14 +142,12 @@ void lower_triangle(const LaneMatrix& matrix, LagTransform::RowMajor& rows) {
     }
 }
 
-VectorXd traces(const std::vector<MrfUnknown>& unknowns, const LagTransform& transform,
-                const LagTransform::RowMajor& sums) {
+VectorXd traces(const std::vector<MrfUnknown>& unknowns, const LagMeans& means, Index first) {
     VectorXd values(static_cast<Index>(unknowns.size()));
     for (size_t k = 0; k < unknowns.size(); ++k) {
         const auto& [s, i, j] = unknowns[k];
         // tr(K E) = scale · 2 Re K_ji e^{iω·s}; K_ij = conj K_ji.
-        const double mean =
-            j >= i ? transform.at(sums, triangle(j, i), s) : transform.at(sums, triangle(i, j), -s);
+        const double mean = j >= i ? means(first + triangle(j, i), s) : means(first + triangle(i, j), -s);
         values[static_cast<Index>(k)] = 2.0 * unknowns[k].scale() * mean;
     }
     return values;
@@ -178,7 +176,7 @@ PairTable::PairTable(int planes) : planes_(planes) {
 }
 
 void PairTable::add_products(const LaneMatrix& x, const LaneMatrix& y, double scale,
-                             LagTransform::RowMajor& rows) const {
+                             RowMajorMatrix& rows) const {
     const size_t lanes = x.lanes();
     for (size_t p = 0; p < pairs_.size(); ++p) {
         const auto [a, b, c, d] = pairs_[p];
@@ -188,7 +186,7 @@ void PairTable::add_products(const LaneMatrix& x, const LaneMatrix& y, double sc
 }
 
 MatrixXd second_traces(const std::vector<MrfUnknown>& unknowns, const PairTable& table,
-                       const LagTransform& transform, const LagTransform::RowMajor& sums) {
+                       const LagMeans& means) {
     const auto count = static_cast<Index>(unknowns.size());
     MatrixXd h(count, count);
     for_each_block(static_cast<int>(count), [&](int p) {
@@ -198,8 +196,7 @@ MatrixXd second_traces(const std::vector<MrfUnknown>& unknowns, const PairTable&
             // tr(e_i e_jᵀ X e_k e_lᵀ Y) e^{iω·(s+t)} = X_jk Y_li e^{iω·(s+t)}, and so on; the two others are
             // conjugate.
             const Offset sum{s.row + t.row, s.column + t.column};
-            const double mean =
-                table.at(transform, sums, j, k, l, i, sum) + table.at(transform, sums, j, l, k, i, s - t);
+            const double mean = table.at(means, j, k, l, i, sum) + table.at(means, j, l, k, i, s - t);
             const double value = 2.0 * unknowns[static_cast<size_t>(p)].scale() *
                                  unknowns[static_cast<size_t>(q)].scale() * mean;
             h(p, q) = value;

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "btfield/models.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/eigen.hpp"
+#include "host/spectrum/lag_transform.hpp"
 #include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield::detail {
@@ -47,12 +49,12 @@ void assign(const std::vector<MrfUnknown>& unknowns, const Eigen::VectorXd& x,
 [[nodiscard]] Eigen::VectorXd collect(const std::vector<MrfUnknown>& unknowns,
                                       const HermitianPolynomial& polynomial);
 
-/// mean_t tr(K_t E) for every unknown, from the Fourier coefficients of the Hermitian K: function i (i + 1)/2
-/// + j of the transform is K_ij, i >= j.
-[[nodiscard]] Eigen::VectorXd traces(const std::vector<MrfUnknown>& unknowns, const LagTransform& transform,
-                                     const LagTransform::RowMajor& sums);
-/// Rows of the lower triangle of K for LagTransform::add.
-void lower_triangle(const LaneMatrix& matrix, LagTransform::RowMajor& rows);
+/// mean_t tr(K_t E) for every unknown, from the Fourier coefficients of the Hermitian K: function
+/// first + i (i + 1)/2 + j of the means is K_ij, i >= j.
+[[nodiscard]] Eigen::VectorXd traces(const std::vector<MrfUnknown>& unknowns, const LagMeans& means,
+                                     Eigen::Index first = 0);
+/// Rows of the lower triangle of K for LagSums::add.
+void lower_triangle(const LaneMatrix& matrix, RowMajorMatrix& rows);
 
 /// Products Φ_{ab,cd} of entries of matrix functions with Φ_{ab,cd} = Φ_{cd,ab} and Φ_{ba,dc} = conj
 /// Φ_{ab,cd}: the distinct ones only, about d⁴/4.
@@ -64,14 +66,12 @@ class PairTable {
     explicit PairTable(int planes);
     [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
     /// rows += scale · x_ab y_cd for every pair. The sum of all that is added has to have the two symmetries.
-    void add_products(const LaneMatrix& x, const LaneMatrix& y, double scale,
-                      LagTransform::RowMajor& rows) const;
+    void add_products(const LaneMatrix& x, const LaneMatrix& y, double scale, RowMajorMatrix& rows) const;
     /// Φ̂_{ab,cd}(u)
-    [[nodiscard]] double at(const LagTransform& transform, const LagTransform::RowMajor& sums, int a, int b,
-                            int c, int d, Offset u) const {
+    [[nodiscard]] double at(const LagMeans& means, int a, int b, int c, int d, Offset u) const {
         const int entry = ((a * planes_ + b) * planes_ + c) * planes_ + d;
         const int place = index_[static_cast<std::size_t>(entry)];
-        return place >= 0 ? transform.at(sums, place, u) : transform.at(sums, -1 - place, -u);
+        return place >= 0 ? means(place, u) : means(-1 - place, -u);
     }
 
   private:
@@ -83,7 +83,6 @@ class PairTable {
 /// H_pq = mean_t Σ_{abcd} (E_p)_da (E_q)_bc Φ_{ab,cd}, that is mean tr(E_p X E_q Y) for Φ_{ab,cd} = X_ab
 /// Y_cd.
 [[nodiscard]] Eigen::MatrixXd second_traces(const std::vector<MrfUnknown>& unknowns, const PairTable& table,
-                                            const LagTransform& transform,
-                                            const LagTransform::RowMajor& sums);
+                                            const LagMeans& means);
 
 }  // namespace btfield::detail

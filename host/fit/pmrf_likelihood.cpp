@@ -23,7 +23,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
-using RowMajor = LagTransform::RowMajor;
+using RowMajor = RowMajorMatrix;
 
 // Most descents take 10 to 30 steps; what takes more crawls along a narrow valley.
 constexpr int most_steps = 60;
@@ -116,11 +116,11 @@ class Whittle {
         MatrixXd hessian;  ///< its mixed block is to be scaled by the caller
     };
     [[nodiscard]] Derivatives derivatives(const Point& p, const Lattice& lattice) const {
-        const auto parts = static_cast<size_t>(RowBlocks(cell_rows()).count);
-        DataSums sums{{parts, lags_.zero(triangle() * (1 + roots()))},
-                      {parts, lags_.zero(triangle())},
-                      {parts, twice_.zero(pairs())},
-                      {parts, twice_.zero(pairs())}};
+        const auto zero = [&](const LagTransform& transform, Index functions) {
+            return sums_of_blocks(cell_rows(), transform, functions);
+        };
+        DataSums sums{zero(lags_, triangle() * (1 + roots())), zero(lags_, triangle()), zero(twice_, pairs()),
+                      zero(twice_, pairs())};
         sweep_rows(p.lambda, cells_, waves_, Sweep::everything,
                    [&](int block, size_t m, const LaneMatrix& inverse, const LaneMatrix& lambda) {
                        const Products at(p.root, inverse, lambda, periodogram_[m], constant(p.root));
@@ -158,7 +158,7 @@ class Whittle {
     };
     /// Sums of the blocks: K, then the K of every derivative by B; 2 Re W I Λ; Φ of Λ, and of B.
     struct DataSums {
-        std::vector<RowMajor> first, root_first, second, root_second;
+        std::vector<LagSums> first, root_first, second, root_second;
     };
     void add_first(const Products& at, size_t m, size_t place, DataSums& sums) const {
         RowMajor rows((1 + roots()) * 2 * triangle(), static_cast<Index>(cells_.column.size())), part;
@@ -178,9 +178,9 @@ class Whittle {
             lower_triangle(twice_hermitian_part(z), part);
             rows.middleRows(2 * triangle() * (1 + r), 2 * triangle()) = part;
         }
-        lags_.add(m, rows, sums.first[place]);
+        sums.first[place].add(m, rows);
         lower_triangle(twice_hermitian_part(at.wil), part);
-        lags_.add(m, part, sums.root_first[place]);
+        sums.root_first[place].add(m, part);
     }
     void add_second(const Products& at, size_t m, size_t place, DataSums& sums) const {
         RowMajor products = RowMajor::Zero(2 * pairs(), static_cast<Index>(cells_.column.size()));
@@ -192,43 +192,41 @@ class Whittle {
         both(at.bl, at.wi, -1.0);
         both(at.lb, at.iw, -1.0);
         both(at.l, at.wiw, 1.0);
-        twice_.add(m, products, sums.second[place]);
+        sums.second[place].add(m, products);
         products.setZero();
         both(at.l, at.lil, 1.0);
-        twice_.add(m, products, sums.root_second[place]);
+        sums.root_second[place].add(m, products);
     }
     /// Derivatives of mean_t tr(Λ B Λ⁻¹ B Λ I_t).
     void set_data_part(DataSums& sums, Derivatives& result) const {
-        const RowMajor moments = sum_of(sums.first);
-        const Index width = triangle() * lags_.columns();
-        result.gradient.head(lags()) = traces(unknowns_, lags_, moments.leftCols(width));
-        result.gradient.tail(roots()) = traces(roots_, lags_, sum_of(sums.root_first));
+        const LagMeans moments = means_of(sums.first);
+        result.gradient.head(lags()) = traces(unknowns_, moments);
+        result.gradient.tail(roots()) = traces(roots_, means_of(sums.root_first));
         result.hessian.topLeftCorner(lags(), lags()) =
-            second_traces(unknowns_, pairs_, twice_, sum_of(sums.second));
+            second_traces(unknowns_, pairs_, means_of(sums.second));
         result.hessian.bottomRightCorner(roots(), roots()) =
-            second_traces(roots_, pairs_, twice_, sum_of(sums.root_second));
+            second_traces(roots_, pairs_, means_of(sums.root_second));
         for (Index r = 0; r < roots(); ++r) {
-            const VectorXd mixed = traces(unknowns_, lags_, moments.middleCols(width * (1 + r), width));
+            const VectorXd mixed = traces(unknowns_, moments, triangle() * (1 + r));
             result.hessian.block(0, lags() + r, lags(), 1) = mixed;
             result.hessian.block(lags() + r, 0, 1, lags()) = mixed.transpose();
         }
     }
     /// Those of −mean_t ln det Λ_t.
     void add_barrier(const HermitianPolynomial& lambda, const Lattice& lattice, Derivatives& result) const {
-        std::vector<RowMajor> first = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
-        std::vector<RowMajor> second = sums_of_blocks(lattice.rows(), lattice.twice, pairs());
+        std::vector<LagSums> first = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
+        std::vector<LagSums> second = sums_of_blocks(lattice.rows(), lattice.twice, pairs());
         sweep_rows(lambda, lattice.grid, lattice.waves, Sweep::inverse,
                    [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix&) {
                        RowMajor rows;
                        lower_triangle(l, rows);
-                       lattice.lags.add(m, rows, first[static_cast<size_t>(block)]);
+                       first[static_cast<size_t>(block)].add(m, rows);
                        rows.setZero(2 * pairs(), static_cast<Index>(lattice.columns()));
                        pairs_.add_products(l, l, 1.0, rows);
-                       lattice.twice.add(m, rows, second[static_cast<size_t>(block)]);
+                       second[static_cast<size_t>(block)].add(m, rows);
                    });
-        result.gradient.head(lags()) -= traces(unknowns_, lattice.lags, sum_of(first));
-        result.hessian.topLeftCorner(lags(), lags()) +=
-            second_traces(unknowns_, pairs_, lattice.twice, sum_of(second));
+        result.gradient.head(lags()) -= traces(unknowns_, means_of(first));
+        result.hessian.topLeftCorner(lags(), lags()) += second_traces(unknowns_, pairs_, means_of(second));
     }
     /// Those of −2 ln det B.
     void add_determinant_of_root(const MatrixXd& b, Derivatives& result) const {

@@ -17,10 +17,6 @@ using Eigen::VectorXd;
 using std::size_t;
 using RowMajor = InverseSpectrum::RowMajor;
 
-Index lag_place(Offset s, Offset box) {
-    return Index{s.row + box.row} * (2 * box.column + 1) + s.column + box.column;
-}
-
 Offset sum(Offset a, Offset b) {
     return {a.row + b.row, a.column + b.column};
 }
@@ -141,16 +137,16 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
     }
     const Fields fields(d, twice, std::move(guarded));
     const Offset box = twice ? Offset{2 * reach_.row, 2 * reach_.column} : reach_;
-    const RowMajor means = spectrum_->moments(
+    const LagMeans means = spectrum_->moments(
         fields.count, box,
         [&](const RowMajor& inverse, RowMajor& values) { fields.fill(inverse, d, values); });
     Derivatives result;
-    result.gradient = likelihood_gradient(means, box);
-    const MatrixXd slopes = guard_slopes(fields, means, box);
+    result.gradient = likelihood_gradient(means);
+    const MatrixXd slopes = guard_slopes(fields, means);
     for (Index g = 0; g < slopes.cols(); ++g)
         result.gradient += guard_.strength * excess_[fields.guarded[static_cast<size_t>(g)]] * slopes.col(g);
     if (!twice) return result;
-    result.hessian = logarithm_hessian(fields, means, box);
+    result.hessian = logarithm_hessian(fields, means);
     add_quadratic(result.hessian);
     for (Index g = 0; g < slopes.cols(); ++g) {
         const VectorXd slope = slopes.col(g);
@@ -159,11 +155,11 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
     return result;
 }
 
-VectorXd SarObjective::likelihood_gradient(const RowMajor& means, Offset box) const {
+VectorXd SarObjective::likelihood_gradient(const LagMeans& means) const {
     const Index d = layout_.planes, terms = static_cast<Index>(layout_.terms.size());
     VectorXd gradient = VectorXd::Zero(layout_.unknowns);
     for (Index s = 0; s < terms; ++s) {
-        const Index lag = lag_place(layout_.terms[static_cast<size_t>(s)], box);
+        const double* const at = means.at(layout_.terms[static_cast<size_t>(s)]);
         for (Index i = 0; i < d; ++i) {
             for (Index j = 0; j < d; ++j) {
                 const Index x = layout_.place[static_cast<size_t>((s * d + i) * d + j)];
@@ -173,32 +169,32 @@ VectorXd SarObjective::likelihood_gradient(const RowMajor& means, Offset box) co
                     for (Index l = 0; l < d; ++l)
                         along += moments_(s * d + j, t * d + l) * b_[(t * d + i) * d + l];
                 }
-                gradient[x] += 2.0 * (along - means(lag, j * d + i));
+                gradient[x] += 2.0 * (along - at[j * d + i]);
             }
         }
     }
     return gradient;
 }
 
-MatrixXd SarObjective::guard_slopes(const Fields& fields, const RowMajor& means, Offset box) const {
+MatrixXd SarObjective::guard_slopes(const Fields& fields, const LagMeans& means) const {
     const Index d = layout_.planes, terms = static_cast<Index>(layout_.terms.size());
     MatrixXd slopes = MatrixXd::Zero(layout_.unknowns, static_cast<Index>(fields.guarded.size()));
     for (Index s = 0; s < terms; ++s) {
-        const Index lag = lag_place(layout_.terms[static_cast<size_t>(s)], box);
+        const double* const at = means.at(layout_.terms[static_cast<size_t>(s)]);
         for (Index i = 0; i < d; ++i) {
             for (Index j = 0; j < d; ++j) {
                 const Index x = layout_.place[static_cast<size_t>((s * d + i) * d + j)];
                 if (x < 0) continue;
                 // ∂P_mm/∂b_{s,ij} = −2 Re mean B⁻¹_{mi} S_{jm} e^{iωs}
                 for (Index g = 0; g < slopes.cols(); ++g)
-                    slopes(x, g) -= 2.0 * means(lag, fields.first_guard + (g * d + i) * d + j);
+                    slopes(x, g) -= 2.0 * at[fields.first_guard + (g * d + i) * d + j];
             }
         }
     }
     return slopes;
 }
 
-MatrixXd SarObjective::logarithm_hessian(const Fields& fields, const RowMajor& means, Offset box) const {
+MatrixXd SarObjective::logarithm_hessian(const Fields& fields, const LagMeans& means) const {
     const Index d = layout_.planes, entries = d * d, terms = static_cast<Index>(layout_.terms.size());
     // 2 Re mean [B⁻¹]_{li} [B⁻¹]_{jk} e^{iω(s+t)}
     MatrixXd hessian = MatrixXd::Zero(layout_.unknowns, layout_.unknowns);
@@ -206,7 +202,7 @@ MatrixXd SarObjective::logarithm_hessian(const Fields& fields, const RowMajor& m
         for (Index t = 0; t < terms; ++t) {
             const Offset lag =
                 sum(layout_.terms[static_cast<size_t>(s)], layout_.terms[static_cast<size_t>(t)]);
-            const double* at = means.row(lag_place(lag, box)).data();
+            const double* at = means.at(lag);
             for (Index p = 0; p < entries; ++p) {
                 const Index x = layout_.place[static_cast<size_t>(s * entries + p)];
                 if (x < 0) continue;

@@ -63,15 +63,13 @@ class SarObjective {
 
   private:
     struct Fields;
-    using Means = InverseSpectrum::RowMajor;  ///< of the fields, [lag of the box][field]
     [[nodiscard]] Derivatives differentiate(bool twice) const;
     /// Without the guard.
-    [[nodiscard]] Eigen::VectorXd likelihood_gradient(const Means& means, Offset box) const;
+    [[nodiscard]] Eigen::VectorXd likelihood_gradient(const LagMeans& means) const;
     /// ∂P_mm of every guarded plane, a column each.
-    [[nodiscard]] Eigen::MatrixXd guard_slopes(const Fields& fields, const Means& means, Offset box) const;
+    [[nodiscard]] Eigen::MatrixXd guard_slopes(const Fields& fields, const LagMeans& means) const;
     /// Second derivatives of −2 mean_t ln |det B_t|, lower triangle.
-    [[nodiscard]] Eigen::MatrixXd logarithm_hessian(const Fields& fields, const Means& means,
-                                                    Offset box) const;
+    [[nodiscard]] Eigen::MatrixXd logarithm_hessian(const Fields& fields, const LagMeans& means) const;
     void add_quadratic(Eigen::MatrixXd& hessian) const;
 
     Layout layout_;

@@ -4,18 +4,20 @@
 // products of entries of the inverse times e^{iω u}: what the likelihood of an MSAR model is made of
 // (theory 11.3).
 
-#include <complex>
 #include <functional>
 #include <vector>
 
 #include "btfield/neighbourhood.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/eigen.hpp"
+#include "host/spectrum/half_grid.hpp"
+#include "host/spectrum/lag_transform.hpp"
 
 namespace btfield::detail {
 
 class InverseSpectrum {
   public:
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    using RowMajor = RowMajorMatrix;
 
     /// \param terms where b_s is; distinct
     /// \param side  even; frequencies are ω = 2π (m, n) / side. Half of them are visited: B_{−t} = conj B_t.
@@ -35,22 +37,17 @@ class InverseSpectrum {
     /// Fills complex fields of one row of frequencies from B⁻¹ there: rows 2k and 2k + 1 are the real and
     /// imaginary parts of field k along ω2. B⁻¹ has entry (i, j) as field i·d + j.
     using Fill = std::function<void(const RowMajor& inverse, RowMajor& fields)>;
-    /// mean_t Re(f_k(ω_t) e^{iω_t u}) at [u][k], lags of the box in raster order; the fields have f(−ω) =
-    /// conj f(ω). Called after evaluate(), from several threads at a time.
-    [[nodiscard]] RowMajor moments(Eigen::Index fields, Offset box, const Fill& fill) const;
+    /// mean_t Re(f_k(ω_t) e^{iω_t u}) for lags u of the box; the fields have f(−ω) = conj f(ω). After
+    /// evaluate(); fill is called from several threads at a time.
+    [[nodiscard]] LagMeans moments(Eigen::Index fields, Offset box, const Fill& fill) const;
 
   private:
     struct Partial;
     void evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& values, Partial& sums);
 
-    /// e^{2πi k / side}
-    [[nodiscard]] std::complex<double> root(int k) const {
-        return roots_[static_cast<std::size_t>(((k % side_) + side_) % side_)];
-    }
-
     int planes_, side_;
-    std::vector<std::complex<double>> roots_;
     std::vector<Offset> terms_;
+    RootsOfUnity root_;
     std::vector<int> columns_;         ///< distinct s2
     std::vector<Eigen::Index> place_;  ///< of each term's s2 among them
     RowMajor waves_;                   ///< cos, then sin of s2 ω2, [distinct s2][n]

@@ -4,14 +4,12 @@
 #include <cmath>
 #include <numeric>
 
-#include "host/base/dense.hpp"
 #include "host/base/lane_inverse.hpp"
 
 namespace btfield::detail {
 namespace {
 
 using Complex = std::complex<double>;
-using Eigen::Index;
 using std::size_t;
 
 }  // namespace
@@ -184,39 +182,6 @@ double mean_trace(const LaneMatrix& a, const LaneMatrix& b, const std::vector<do
             add_lane_product(a.real(i, j), b.real(j, i), traces.data(), a.lanes());
     }
     return std::inner_product(weights.begin(), weights.end(), traces.begin(), 0.0);
-}
-
-LagTransform::LagTransform(const FrequencyGrid& grid, Offset box)
-    : box_(box), grid_(&grid), table_(static_cast<Index>(grid.column.size()), Index{2} * (box.column + 1)) {
-    for (size_t n = 0; n < grid.column.size(); ++n) {
-        for (int c = 0; c <= box.column; ++c) {
-            const auto row = static_cast<Index>(n);
-            table_(row, c) = grid.column_weight[n] * std::cos(c * grid.column[n]);
-            table_(row, c + box.column + 1) = grid.column_weight[n] * std::sin(c * grid.column[n]);
-        }
-    }
-}
-
-void LagTransform::add(size_t m, const Eigen::Ref<const RowMajor>& values, RowMajor& sums) const {
-    RowMajor along = RowMajor::Zero(values.rows(), table_.cols());
-    add_product(values, table_, along);
-    const Index functions = values.rows() / 2, width = columns();
-    Eigen::RowVectorXd real(functions * width), imaginary(functions * width);
-    for (Index e = 0; e < functions; ++e) {
-        for (int c = -box_.column; c <= box_.column; ++c) {
-            const Index cosine = c < 0 ? -c : c, sine = cosine + box_.column + 1;
-            const double sign = c < 0 ? -1.0 : 1.0;
-            const Index place = e * width + c + box_.column;
-            real[place] = along(2 * e, cosine) - sign * along(2 * e + 1, sine);
-            imaginary[place] = along(2 * e + 1, cosine) + sign * along(2 * e, sine);
-        }
-    }
-    for (int r = -box_.row; r <= box_.row; ++r) {
-        const Complex turn = grid_->row_weight[m] * std::polar(1.0, grid_->row[m] * r);
-        double* const sum = sums.row(r + box_.row).data();
-        add_scaled(turn.real(), real.data(), sum, static_cast<size_t>(real.size()));
-        add_scaled(-turn.imag(), imaginary.data(), sum, static_cast<size_t>(real.size()));
-    }
 }
 
 }  // namespace btfield::detail

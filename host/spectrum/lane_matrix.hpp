@@ -1,6 +1,6 @@
 #pragma once
 
-// Matrices as functions of frequency, one row of a frequency grid at a time, and their Fourier coefficients.
+// Matrices as functions of frequency, one row of a frequency grid at a time.
 
 #include <complex>
 #include <cstddef>
@@ -8,7 +8,6 @@
 
 #include "btfield/neighbourhood.hpp"
 #include "host/base/eigen.hpp"
-#include "host/spectrum/frequency_grid.hpp"
 
 namespace btfield::detail {
 
@@ -80,30 +79,5 @@ void evaluate(const HermitianPolynomial& polynomial, double row_frequency, const
 [[nodiscard]] bool invert_positive(LaneMatrix& matrix, double* log_determinant);
 /// The same without the inverse; spoils the matrix.
 [[nodiscard]] bool factorise_positive(LaneMatrix& matrix, double* log_determinant);
-
-/// x̂(u) = mean_t x_t e^{iω·u}, |u| <= box, of functions with x_{−t} = conj x_t, accumulated row by row of
-/// the grid.
-class LagTransform {
-  public:
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    LagTransform(const FrequencyGrid& grid, Offset box);
-    [[nodiscard]] Eigen::Index rows() const { return 2 * box_.row + 1; }
-    [[nodiscard]] Eigen::Index columns() const { return 2 * box_.column + 1; }
-    /// \param values  row 2e: real part of function e along the grid's row m; row 2e + 1: its imaginary part
-    /// \param sums    + = the row's share, [lag row][function, lag column]
-    void add(std::size_t m, const Eigen::Ref<const RowMajor>& values, RowMajor& sums) const;
-    /// Zero sums for this many functions.
-    [[nodiscard]] RowMajor zero(Eigen::Index functions) const {
-        return RowMajor::Zero(rows(), functions * columns());
-    }
-    [[nodiscard]] double at(const RowMajor& sums, Eigen::Index function, Offset u) const {
-        return sums(u.row + box_.row, function * columns() + u.column + box_.column);
-    }
-
-  private:
-    Offset box_;
-    const FrequencyGrid* grid_;
-    RowMajor table_;  ///< weighted cos (c + 1 of them), then sin
-};
 
 }  // namespace btfield::detail

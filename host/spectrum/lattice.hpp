@@ -2,11 +2,10 @@
 
 // A frequency grid with its tables, in the density that a Hermitian polynomial's narrowest peak needs.
 
-#include <algorithm>
 #include <cstddef>
-#include <utility>
-#include <vector>
 
+#include "host/spectrum/half_grid.hpp"
+#include "host/spectrum/lag_transform.hpp"
 #include "host/spectrum/lane_matrix.hpp"
 
 namespace btfield::detail {
@@ -31,21 +30,6 @@ struct Lattice {
     [[nodiscard]] int rows() const { return static_cast<int>(grid.row.size()); }
     [[nodiscard]] std::size_t columns() const { return grid.column.size(); }
 };
-
-/// Blocks of rows, the same on every machine.
-struct RowBlocks {
-    int rows, per_block, count;
-    explicit RowBlocks(int all)
-        : rows(all), per_block((all + 31) / 32), count((all + per_block - 1) / per_block) {}
-    [[nodiscard]] int first(int block) const { return block * per_block; }
-    [[nodiscard]] int last(int block) const { return std::min(rows, (block + 1) * per_block); }
-};
-
-inline LagTransform::RowMajor sum_of(std::vector<LagTransform::RowMajor>& parts) {
-    LagTransform::RowMajor total = std::move(parts.front());
-    for (std::size_t k = 1; k < parts.size(); ++k) total += parts[k];
-    return total;
-}
 
 /// 1/√(λ/c) of the peak of Q⁻¹ at ω = 0, along whose sharpest direction v vᵀ Q v = λ + c ω²: how far the
 /// field is correlated along rows and columns, in pixels; 1 when it is less.

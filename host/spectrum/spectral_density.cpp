@@ -10,35 +10,15 @@
 #include "host/base/eigen.hpp"
 #include "host/base/lane_inverse.hpp"
 #include "host/base/parallel.hpp"
+#include "host/spectrum/half_grid.hpp"
+#include "host/spectrum/lag_transform.hpp"
 
 namespace btfield::detail {
 namespace {
 
 using std::size_t;
 using Complex = std::complex<double>;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// cos and sin of 2π k / n, exact in the multiples of a quarter turn that grids share.
-Complex root_of_unity(long long k, long long n) {
-    k = ((k % n) + n) % n;
-    const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n);
-    return {std::cos(angle), std::sin(angle)};
-}
-
-/// Rows m = 0 … rows/2 stand for all: S(−ω) = conj S(ω).
-double row_weight(int row, int rows) {
-    return row == 0 || 2 * row == rows ? 1.0 : 2.0;
-}
-
-struct RowBlocks {
-    int rows, per_block, count;
-    explicit RowBlocks(int grid_rows)
-        : rows(grid_rows / 2 + 1),
-          per_block(std::max(1, (rows + 31) / 32)),
-          count((rows + per_block - 1) / per_block) {}
-    [[nodiscard]] int first(int block) const { return block * per_block; }
-    [[nodiscard]] int last(int block) const { return std::min(rows, (block + 1) * per_block); }
-};
+using RowMajor = RowMajorMatrix;
 
 }  // namespace
 
@@ -154,7 +134,8 @@ double SpectralLanes::inverse_norm(int n) const {
 }
 
 SpectralRow::SpectralRow(const SpectralForm& form, int columns) : SpectralLanes(form, columns) {
-    fill_waves(form, [&](int s, int n) { return root_of_unity(static_cast<long long>(s) * n, columns); });
+    const RootsOfUnity root(columns);
+    fill_waves(form, [&](int s, int n) { return root(static_cast<long long>(s) * n); });
 }
 
 SpectralRow::SpectralRow(const SpectralForm& form, const std::vector<double>& columns)
@@ -208,7 +189,7 @@ void SpectralRow::evaluate(double row_frequency) {
 SpectralMeans spectral_means(const SpectralForm& form, Size grid,
                              const std::function<void(int m, const SpectralRow& row)>& visit) {
     const int d = form.planes();
-    const RowBlocks blocks(grid.height);
+    const RowBlocks blocks(half_rows(grid.height));
     std::vector<SpectralMeans> partial(static_cast<size_t>(blocks.count));
     for_each_block(blocks.count, [&](int block) {
         SpectralRow row(form, grid.width);
@@ -244,17 +225,19 @@ SpectralMeans spectral_means(const SpectralForm& form, Size grid,
 
 namespace {
 
-/// Column c is cos(2π c n / N), column c + B + 1 the sine, c = 0 … B.
-RowMajor waves(int columns, int largest_lag) {
-    RowMajor table(columns, 2 * (largest_lag + 1));
-    for (int n = 0; n < columns; ++n) {
-        for (int c = 0; c <= largest_lag; ++c) {
-            const Complex turn = root_of_unity(static_cast<long long>(c) * n, columns);
-            table(n, c) = turn.real();
-            table(n, c + largest_lag + 1) = turn.imag();
+/// Rows 2p and 2p + 1 are the real and imaginary parts of conj S_ij for pair p of i <= j.
+void conjugate_pairs(const SpectralRow& row, RowMajor& values) {
+    const int d = row.planes();
+    const auto densities = row.densities();
+    values.resize(Eigen::Index{d} * (d + 1), densities.cols());
+    Eigen::Index pair = 0;
+    for (int i = 0; i < d; ++i) {
+        for (int j = i; j < d; ++j, ++pair) {
+            const Eigen::Index entry = Eigen::Index{2} * (i * d + j);
+            values.row(2 * pair) = densities.row(entry);
+            values.row(2 * pair + 1) = -densities.row(entry + 1);
         }
     }
-    return table;
 }
 
 }  // namespace
@@ -267,58 +250,26 @@ LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box)
     }
     const int d = form.planes();
     LagCovariance result(d, torus, box);
-    const RowMajor table = waves(torus.width, box.column);
-    const RowBlocks blocks(torus.height);
-    const Eigen::Index lag_rows = 2 * box.row + 1, lag_columns = 2 * box.column + 1, pairs = d * (d + 1) / 2;
-    // Two small transforms in a row, as matrix products: along the columns of the grid, then along its rows.
-    std::vector<RowMajor> partial(static_cast<size_t>(blocks.count));
+    const LagTransform transform(torus, box);
+    const RowBlocks blocks(half_rows(torus.height));
+    std::vector<LagSums> parts(static_cast<size_t>(blocks.count),
+                               LagSums(transform, Eigen::Index{d} * (d + 1) / 2, blocks.per_block));
     for_each_block(blocks.count, [&](int block) {
         SpectralRow row(form, torus.width);
-        const int first = blocks.first(block);
-        const Eigen::Index rows = std::max(0, blocks.last(block) - first);
-        RowMajor along(2 * rows, pairs * lag_columns);  // real and imaginary parts of Σ_n conj(S) e^{iω2 s2}
-        RowMajor turns(lag_rows, 2 * rows);  // those of e^{iω1 s1}, such that the product is the real part
-        RowMajor t;
-        for (Eigen::Index k = 0; k < rows; ++k) {
-            const int m = first + static_cast<int>(k);
+        RowMajor values;
+        for (int m = blocks.first(block); m < blocks.last(block); ++m) {
             row.evaluate(2.0 * std::numbers::pi * m / torus.height);
             row.evaluate_density();
-            t.setZero(row.densities().rows(), table.cols());
-            add_product(row.densities(), table, t);
-            Eigen::Index place = 0;
-            for (int i = 0; i < d; ++i) {
-                for (int j = i; j < d; ++j) {
-                    const Eigen::Index entry = Eigen::Index{2} * (i * d + j);
-                    const auto real = t.row(entry), imaginary = t.row(entry + 1);
-                    for (int s2 = -box.column; s2 <= box.column; ++s2, ++place) {
-                        const int cosine = s2 < 0 ? -s2 : s2, sine = cosine + box.column + 1;
-                        const double sign = s2 < 0 ? -1.0 : 1.0;
-                        along(2 * k, place) = real[cosine] + sign * imaginary[sine];
-                        along(2 * k + 1, place) = sign * real[sine] - imaginary[cosine];
-                    }
-                }
-            }
-            const double weight = row_weight(m, torus.height);
-            for (int s1 = -box.row; s1 <= box.row; ++s1) {
-                const Complex turn = root_of_unity(static_cast<long long>(m) * s1, torus.height);
-                turns(s1 + box.row, 2 * k) = weight * turn.real();
-                turns(s1 + box.row, 2 * k + 1) = -weight * turn.imag();
-            }
+            conjugate_pairs(row, values);
+            parts[static_cast<size_t>(block)].add(static_cast<size_t>(m), values);
         }
-        RowMajor& own = partial[static_cast<size_t>(block)];
-        own.setZero(lag_rows, along.cols());
-        add_product(turns, along, own);
     });
-    RowMajor total = RowMajor::Zero(lag_rows, pairs * lag_columns);
-    for (const RowMajor& sums : partial) total += sums;
-    total /= static_cast<double>(area(torus));
-    Eigen::Index place = 0;
-    for (int i = 0; i < d; ++i) {
-        for (int j = i; j < d; ++j, place += lag_columns) {
-            for (int s1 = -box.row; s1 <= box.row; ++s1) {
-                for (int s2 = -box.column; s2 <= box.column; ++s2) {
-                    result.set(i, j, {s1, s2}, total(s1 + box.row, place + s2 + box.column));
-                }
+    const LagMeans means = means_of(parts);
+    for (int s1 = -box.row; s1 <= box.row; ++s1) {
+        for (int s2 = -box.column; s2 <= box.column; ++s2) {
+            const double* value = means.at({s1, s2});
+            for (int i = 0; i < d; ++i) {
+                for (int j = i; j < d; ++j) result.set(i, j, {s1, s2}, *value++);
             }
         }
     }

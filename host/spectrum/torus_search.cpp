@@ -11,6 +11,7 @@
 
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
+#include "host/spectrum/half_grid.hpp"
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/spectral_points.hpp"
 
@@ -162,10 +163,6 @@ bool is_real(const LinearField& field) {
         }
     }
     return true;
-}
-
-int row_weight(int row, int side) {
-    return row == 0 || 2 * row == side ? 1 : 2;
 }
 
 /// Squares of the grid, all corners on nodes, in which the real det Λ changes sign.
