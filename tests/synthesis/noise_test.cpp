@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <numbers>
+#include <sstream>
+#include <stdexcept>
 
 #include "host/synthesis/spectral_factors.hpp"
 #include "tests/device_cases.hpp"
@@ -19,6 +22,56 @@ using namespace detail;
 namespace {
 
 using Words = std::array<std::uint32_t, 4>;
+
+/// Lines of tests/data/known_answers.txt, which says what they are.
+struct PhiloxAnswer {
+    Words counter;
+    std::array<std::uint32_t, 2> key;
+    Words words;
+};
+struct NormalAnswer {
+    std::uint64_t seed;
+    int level, plane, row, column;
+    std::uint32_t bits;
+};
+struct KnownAnswers {
+    std::vector<PhiloxAnswer> philox;
+    std::vector<NormalAnswer> normals;
+};
+
+KnownAnswers read_known_answers() {
+    const std::string path = std::string(BTFIELD_TEST_DATA) + "/known_answers.txt";
+    std::ifstream file(path);
+    KnownAnswers answers;
+    std::string line;
+    while (std::getline(file, line)) {
+        std::istringstream words(line.substr(0, line.find('#')));
+        std::string kind;
+        if (!(words >> kind)) continue;
+        if (kind == "philox") {
+            PhiloxAnswer& v = answers.philox.emplace_back();
+            words >> std::hex;
+            for (std::uint32_t& word : v.counter) words >> word;
+            for (std::uint32_t& word : v.key) words >> word;
+            for (std::uint32_t& word : v.words) words >> word;
+        } else if (kind == "normal") {
+            NormalAnswer& v = answers.normals.emplace_back();
+            words >> std::hex >> v.seed >> std::dec >> v.level >> v.plane >> v.row >> v.column >> std::hex >>
+                v.bits;
+        } else {
+            words.setstate(std::ios::failbit);
+        }
+        std::string rest;
+        if (words.fail() || words >> rest) throw std::runtime_error(path + ": cannot read: " + line);
+    }
+    if (answers.philox.empty() || answers.normals.empty()) throw std::runtime_error(path + " lacks answers");
+    return answers;
+}
+
+const KnownAnswers& known_answers() {
+    static const KnownAnswers answers = read_known_answers();
+    return answers;
+}
 
 /// [texture · planes + plane][row][column]
 std::vector<float> noise(Device& device, Size size, int planes, const std::vector<std::uint64_t>& seeds,
@@ -64,27 +117,12 @@ INSTANTIATE_TEST_SUITE_P(Widths, NoiseWidths, testing::ValuesIn(test::vector_wid
                          testing::PrintToStringParamName());
 
 TEST_P(NoiseSmall, PhiloxGivesThePublishedWords) {
-    // Random123 1.14, examples/kat_vectors, philox4x32 with 10 rounds.
-    struct Vector {
-        Words counter;
-        std::array<std::uint32_t, 2> key;
-        Words words;
-    };
-    constexpr Vector published[] = {
-        {{0, 0, 0, 0}, {0, 0}, {0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}},
-        {{0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff},
-         {0xffffffff, 0xffffffff},
-         {0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd}},
-        {{0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344},
-         {0xa4093822, 0x299f31d0},
-         {0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}},
-    };
     constexpr std::size_t count = 48;
     DeviceImpl& impl = device_.impl();
-    for (const Vector& v : published) {
+    for (const PhiloxAnswer& v : known_answers().philox) {
         EXPECT_EQ(reference::philox4x32_10(v.counter, v.key), v.words);
         // Every third lane has the published counter, the others have neighbours of it: lanes must not mix.
-        std::vector<cl_uint> counters(4 * count);
+        std::vector<std::uint32_t> counters(4 * count);
         const auto counter_of = [&](std::size_t i) {
             Words counter = v.counter;
             counter[i % 4] += i % 3 == 0 ? 0 : static_cast<std::uint32_t>(i);
@@ -92,11 +130,11 @@ TEST_P(NoiseSmall, PhiloxGivesThePublishedWords) {
         };
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t w = 0; w < 4; ++w) counters[w * count + i] = counter_of(i)[w];
-        const Buffer in = impl.upload(counters), out = impl.buffer(sizeof(cl_uint) * 4 * count);
+        const Buffer in = impl.upload(counters), out = impl.buffer(sizeof(std::uint32_t) * 4 * count);
         impl.launch(impl.kernel("noise", "philox_block", impl.lanes()),
                     {count / static_cast<std::size_t>(device_.vector_width())}, Grain::fine, out, in,
-                    v.key[0], v.key[1], static_cast<cl_int>(count));
-        const auto words = test::read_all<cl_uint>(device_, out);
+                    v.key[0], v.key[1], static_cast<int>(count));
+        const auto words = test::read_all<std::uint32_t>(device_, out);
         for (std::size_t i = 0; i < count; ++i)
             EXPECT_EQ((Words{words[i], words[count + i], words[2 * count + i], words[3 * count + i]}),
                       i % 3 == 0 ? v.words : reference::philox4x32_10(counter_of(i), v.key))
@@ -166,13 +204,16 @@ TEST_P(NoiseSmall, BatchesAndPlanesAreIndependentOfEachOther) {
 }
 
 TEST_P(NoiseSmall, TexturesOfASeedStayWhatTheyAre) {
-    // Seed 1, level 0, plane 0, row 0, by the kernel's formulas in IEEE single precision: other drivers and
-    // later versions must give the same bits.
-    constexpr std::uint32_t expected[] = {0x3ec2c3e3, 0xbf6dcf19, 0xbf14b97c, 0xbf61b28c,
-                                          0x3eecae90, 0xbebea22b, 0xbf6cb8bf, 0xbdd51ac9};
-    const std::vector<float> values = noise(device_, {1, 64}, 1, {1}, 0);
-    for (std::size_t i = 0; i < std::size(expected); ++i)
-        EXPECT_EQ(std::bit_cast<std::uint32_t>(values[i * 9]), expected[i]) << "column " << i * 9;
+    for (const NormalAnswer& v : known_answers().normals) {
+        const std::vector<float> field =
+            noise(device_, {v.row + 1, v.column + 1}, v.plane + 1, {v.seed}, v.level);
+        EXPECT_EQ(std::bit_cast<std::uint32_t>(field.back()), v.bits)
+            << std::hex << v.seed << std::dec << ", level " << v.level << ", plane " << v.plane << ", row "
+            << v.row << ", column " << v.column;
+        const reference::Draw draw = reference::spatial_noise(v.seed, v.level, v.plane, v.row, v.column);
+        EXPECT_LE(std::abs(static_cast<double>(std::bit_cast<float>(v.bits)) - draw.value),
+                  bound(draw.radius));
+    }
 }
 
 TEST_P(NoiseSmall, EverythingInTheCounterMatters) {
