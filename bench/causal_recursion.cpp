@@ -1,4 +1,6 @@
 // Raster recursion of a causal model at 512 x 512, order 3: one texture, and a batch.
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,8 +37,8 @@ void add_causal_recursion() {
             const TextureModel fitted = model(order, 1);
             state->recursion = std::make_unique<CausalRecursion>(
                 impl, linear_field(fitted.levels.front().models.front()), size, 1.0, fitted.mean);
-            std::vector<cl_uint2> keys;
-            for (int b = 0; b < batch; ++b) keys.push_back({{static_cast<cl_uint>(b), 0}});
+            std::vector<std::array<std::uint32_t, 2>> keys;
+            for (int b = 0; b < batch; ++b) keys.push_back({static_cast<std::uint32_t>(b), 0});
             state->keys = impl.upload(keys);
             const std::size_t values =
                 area(size) * static_cast<std::size_t>(fitted.planes) * static_cast<std::size_t>(batch);

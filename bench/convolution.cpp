@@ -1,5 +1,7 @@
 // Moving averages at 512 x 512, order 5: the random decrement estimate, and the convolution of noise that is
 // drawn with it or given.
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -37,7 +39,7 @@ void add_case(const std::string& name, bool draw) {
         const MaModel model = fitted();
         const std::vector<double> mean(static_cast<std::size_t>(model.planes));
         state->convolution = std::make_unique<Convolution>(impl, model, size, 1.0, mean);
-        state->keys = impl.upload(std::vector<cl_uint2>{{{1, 0}}});
+        state->keys = impl.upload(std::vector<std::array<std::uint32_t, 2>>{{1, 0}});
         const std::size_t values = area(size) * static_cast<std::size_t>(model.planes);
         state->noise = impl.upload(std::vector<float>(values));
         state->images = impl.buffer(values * sizeof(float));

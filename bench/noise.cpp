@@ -1,3 +1,5 @@
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -29,8 +31,9 @@ void add_noise() {
             Buffer out, keys;
         };
         DeviceImpl& impl = device().impl();
-        auto state = std::make_shared<State>(State{impl.buffer(area(size) * planes * sizeof(float)),
-                                                   impl.upload(std::vector<cl_uint2>{{{1, 0}}})});
+        auto state =
+            std::make_shared<State>(State{impl.buffer(area(size) * planes * sizeof(float)),
+                                          impl.upload(std::vector<std::array<std::uint32_t, 2>>{{1, 0}})});
         return std::pair(work(), std::function<void()>([&impl, state] {
                              draw_normal_field(impl, state->out, state->keys, size, planes, 1, 0);
                              impl.finish();

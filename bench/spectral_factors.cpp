@@ -1,5 +1,7 @@
 // The spectral solve of a fitted level at 512 x 512: drawn together with its noise, and alone on a given
 // spectrum.
+#include <array>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string>
@@ -43,7 +45,7 @@ void add_case(const std::string& name, bool draw, double budget) {
                                                            state->fitted.mean, budget);
         const std::vector<float> zero(spectrum_floats(size, field.planes));
         state->spectrum = {impl.upload(zero), impl.upload(zero)};
-        state->keys = impl.upload(std::vector<cl_uint2>{{{1, 0}}});
+        state->keys = impl.upload(std::vector<std::array<std::uint32_t, 2>>{{1, 0}});
         return std::pair(work(field, draw ? 1 : 2), std::function<void()>([&impl, state, draw] {
                              if (draw)
                                  state->factors->draw(impl, state->spectrum, state->keys, 1, 0);

@@ -72,7 +72,7 @@ struct OnDevice {
         impl.launch(impl.kernel("spectral_root", name, parameters),
                     {m.count / static_cast<std::size_t>(impl.vector_width())},
                     m.d <= 4 ? Grain::fine : Grain::coarse, re, im, root, out_re, out_im,
-                    static_cast<cl_int>(m.count));
+                    static_cast<int>(m.count));
         impl.finish();
     }
 };

@@ -2,6 +2,7 @@
 # FILE:LINE: WHAT: WHY; the exit status is 1 when there is any. Bytes, not characters: run it with LC_ALL=C.
 #   - a "theory N.M" is a heading of docs/theory.md, and every document that is mentioned exists;
 #   - rooms include rooms that stand before them in BTFIELD_ROOMS of CMakeLists.txt, or themselves: see CONTRIBUTING.md;
+#   - the room cl alone speaks OpenCL;
 #   - \param, \return and \throws begin their lines; comments end at column 110 at the latest, in kernels at 128.
 
 BEGIN {
@@ -107,6 +108,13 @@ function check_comment(text, widest) {
         defect(FILENAME, FNR, "a \\param, \\return or \\throws inside a line", "each begins a line of its own")
 }
 
+# Names of OpenCL and clFFT, and the headers that bring them. Error codes may be read in tests of messages.
+function check_opencl() {
+    if (FILENAME !~ /\.(cpp|hpp|inc)$/ || FILENAME ~ /^(host|tests)\/cl\//) return
+    if (FILENAME ~ /^tests\// && $0 ~ /"CL_/) return
+    defect(FILENAME, FNR, "speaks OpenCL", "only the room cl does; other rooms ask a DeviceImpl")
+}
+
 /theory [0-9]|Theory [0-9]/ { check_citations($0) }
 /\.md/ { check_documents($0) }
 /(^|[^A-Z_])(MODEL[S]|DESIG[N]|LAYOU[T])([^A-Z_]|$)/ {
@@ -115,4 +123,5 @@ function check_comment(text, widest) {
 /^# *include/ { check_include($0) }
 /^ *\/\// && FILENAME ~ /\.[hc]pp$/ { check_comment($0, 110) }
 /^ *\/\// && FILENAME ~ /\.clh?$/ { check_comment($0, 128) }
+/(^|[^A-Za-z0-9_])(cl::|cl_[a-z]|CL_[A-Z]|clfft[A-Z]|CL\/|clFFT\.h|host\/cl\/(api|program)\.hpp)/ { check_opencl() }
 END { exit failed }

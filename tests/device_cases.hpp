@@ -96,9 +96,9 @@ std::vector<T> read_all(Device& device, const Buffer& buffer) {
 
 /// Seeds as the kernels take them.
 inline Buffer upload_seeds(Device& device, const std::vector<std::uint64_t>& seeds) {
-    std::vector<cl_uint2> words;
+    std::vector<std::array<std::uint32_t, 2>> words;
     for (const std::uint64_t seed : seeds)
-        words.push_back({{static_cast<cl_uint>(seed), static_cast<cl_uint>(seed >> 32)}});
+        words.push_back({static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
     return device.impl().upload(words);
 }
 

@@ -76,7 +76,7 @@ PyramidStages::PyramidStages(DeviceImpl& device, int factor)
       reduce_weights_(device.upload(scaled(pyramid_kernel(factor), 1.0))),
       expand_weights_(device.upload(scaled(pyramid_kernel(factor), factor))) {}
 
-cl::Kernel& PyramidStages::kernel(const char* name) {
+Kernel PyramidStages::kernel(const char* name) {
     BuildParameters parameters = device_->lanes();
     parameters.set("BTFIELD_FACTOR", factor_).set("BTFIELD_RADIUS", factor_ == 2 ? 2 : factor_);
     return device_->kernel("pyramid", name, parameters);

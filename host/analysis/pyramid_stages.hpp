@@ -5,16 +5,9 @@
 
 #include "btfield/image.hpp"
 #include "host/cl/device_impl.hpp"
+#include "host/cl/device_planes.hpp"
 
 namespace btfield::detail {
-
-/// Planes in device memory, [plane][row of lattice][column of lattice], of which `size` counts and wraps.
-struct DevicePlanes {
-    Buffer values;
-    Size size;
-    Size lattice;
-    int planes = 0;
-};
 
 /// The kernels and weights of one reduction factor on one device.
 class PyramidStages {
@@ -29,7 +22,7 @@ class PyramidStages {
     [[nodiscard]] static std::size_t expand_scratch_bytes(Size fine, int coarse_width, int planes);
 
   private:
-    [[nodiscard]] cl::Kernel& kernel(const char* name);
+    [[nodiscard]] Kernel kernel(const char* name);
 
     DeviceImpl* device_;
     int factor_;

@@ -1,12 +1,16 @@
 #include "host/cl/buffer_pool.hpp"
 
 #include <algorithm>
+#include <map>
 #include <new>
+
+#include "host/cl/api.hpp"
 
 namespace btfield::detail {
 
 struct Buffer::Shelf {
-    std::multimap<std::size_t, cl::Buffer> idle;
+    cl::Context context;
+    std::multimap<std::size_t, std::shared_ptr<cl::Buffer>> idle;
 };
 
 Buffer& Buffer::operator=(Buffer&& other) noexcept {
@@ -28,15 +32,14 @@ void Buffer::release() noexcept {
         // The handle's own destructor frees the memory.
     }
     shelf_.reset();
-    handle_ = cl::Buffer();
+    handle_.reset();
     bytes_ = capacity_ = 0;
 }
 
-BufferPool::BufferPool(cl::Context context, std::string device_name, std::size_t largest_allocation)
-    : context_(std::move(context)),
-      device_name_(std::move(device_name)),
+BufferPool::BufferPool(const cl::Context& context, std::string device_name, std::size_t largest_allocation)
+    : device_name_(std::move(device_name)),
       largest_(largest_allocation),
-      shelf_(std::make_shared<Buffer::Shelf>()) {}
+      shelf_(std::make_shared<Buffer::Shelf>(Buffer::Shelf{context, {}})) {}
 
 Buffer BufferPool::take(std::size_t bytes) {
     bytes = std::max<std::size_t>(bytes, 4);
@@ -52,7 +55,9 @@ Buffer BufferPool::take(std::size_t bytes) {
             throw DeviceError("allocate " + std::to_string(bytes) + " bytes on device '" + device_name_ + "'",
                               "its largest allocation is " + std::to_string(largest_) + " bytes",
                               "use a smaller size, or a device with more memory");
-        const auto allocate = [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, bytes); };
+        const auto allocate = [&] {
+            return std::make_shared<cl::Buffer>(shelf_->context, CL_MEM_READ_WRITE, bytes);
+        };
         try {
             buffer.handle_ = allocate();
         } catch (const cl::Error&) {

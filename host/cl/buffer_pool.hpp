@@ -4,12 +4,14 @@
 /// Device memory that is handed back instead of freed.
 
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
 
-#include "host/cl/api.hpp"
+namespace cl {
+class Buffer;
+class Context;
+}  // namespace cl
 
 namespace btfield::detail {
 
@@ -23,7 +25,8 @@ class Buffer {
     Buffer& operator=(Buffer&& other) noexcept;
     ~Buffer() { release(); }
 
-    [[nodiscard]] const cl::Buffer& handle() const { return handle_; }
+    /// Null without memory.
+    [[nodiscard]] const cl::Buffer* handle() const { return handle_.get(); }
     /// Bytes asked for; the memory behind may be larger.
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
     [[nodiscard]] explicit operator bool() const { return bytes_ != 0; }
@@ -34,14 +37,14 @@ class Buffer {
     void release() noexcept;
 
     std::shared_ptr<Shelf> shelf_;
-    cl::Buffer handle_;
+    std::shared_ptr<cl::Buffer> handle_;
     std::size_t bytes_ = 0;
     std::size_t capacity_ = 0;
 };
 
 class BufferPool {
   public:
-    BufferPool(cl::Context context, std::string device_name, std::size_t largest_allocation);
+    BufferPool(const cl::Context& context, std::string device_name, std::size_t largest_allocation);
 
     /// Uninitialised read-write memory of at least `bytes`.
     /// \throws DeviceError when the device refuses, after unused buffers were freed.
@@ -51,7 +54,6 @@ class BufferPool {
     void clear();
 
   private:
-    cl::Context context_;
     std::string device_name_;
     std::size_t largest_;
     std::shared_ptr<Buffer::Shelf> shelf_;

@@ -6,6 +6,7 @@
 
 #include "host/cl/device_choice.hpp"
 #include "host/cl/device_impl.hpp"
+#include "host/cl/program.hpp"
 
 namespace btfield {
 
@@ -33,42 +34,84 @@ int lanes_for(const DeviceInfo& info, int asked) {
                              "give one of these, or 0 for the device's own");
         return asked;
     }
-    if (info.type != DeviceType::cpu) return 1;
-    return info.vector_width >= 16 ? 16 : info.vector_width >= 8 ? 8 : info.vector_width >= 4 ? 4 : 1;
+    const int native = std::min(info.vector_width, tuning(info.type).widest_vector);
+    return native >= 16 ? 16 : native >= 8 ? 8 : native >= 4 ? 4 : 1;
+}
+
+std::string name_of(const cl::Kernel& kernel) {
+    return kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
 }
 
 }  // namespace
 
-struct DeviceImpl::Choice {
-    DeviceCandidate candidate;
+struct DeviceImpl::OpenCl {
+    OpenCl(const cl::Device& opened, const std::string& name, const DeviceOptions& options,
+           std::size_t largest_allocation)
+        : device(opened),
+          context(guarded("create a context", name, [&] { return cl::Context(device); })),
+          queue(guarded("create a queue", name,
+                        [&] {
+                            return cl::CommandQueue(
+                                context, device,
+                                options.profile ? CL_QUEUE_PROFILING_ENABLE : cl_command_queue_properties{0});
+                        })),
+          programs(context, device, cache_folder(options)),
+          pool(context, name, largest_allocation) {}
+
+    cl::Device device;
+    cl::Context context;
+    cl::CommandQueue queue;
+    ProgramCache programs;
+    BufferPool pool;
+    std::vector<std::pair<std::string, cl::Event>> events;
 };
 
-DeviceImpl::DeviceImpl(std::string_view spec, const DeviceOptions& options)
-    : DeviceImpl(Choice{choose_device(spec)}, options) {}
-
-DeviceImpl::DeviceImpl(const Choice& choice, const DeviceOptions& options)
-    : info_(choice.candidate.info),
-      options_(options),
-      vector_width_(lanes_for(info_, options.vector_width)),
-      largest_allocation_(
-          static_cast<std::size_t>(choice.candidate.device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>())),
-      device_(choice.candidate.device),
-      context_(guarded("create a context", info_.name, [&] { return cl::Context(device_); })),
-      queue_(guarded("create a queue", info_.name,
-                     [&] {
-                         return cl::CommandQueue(
-                             context_, device_,
-                             options.profile ? CL_QUEUE_PROFILING_ENABLE : cl_command_queue_properties{0});
-                     })),
-      programs_(context_, device_, cache_folder(options)),
-      pool_(context_, info_.name, largest_allocation_) {}
+DeviceImpl::DeviceImpl(std::string_view spec, const DeviceOptions& options) : options_(options) {
+    const DeviceCandidate chosen = choose_device(spec);
+    info_ = chosen.info;
+    tuning_ = &detail::tuning(info_.type);
+    vector_width_ = lanes_for(info_, options.vector_width);
+    const cl::Device& device = chosen.device;
+    guarded("ask for the device's limits", info_.name, [&] {
+        largest_allocation_ = static_cast<std::size_t>(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>());
+        local_memory_ = static_cast<std::size_t>(device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
+        largest_group_ = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+    });
+    opencl_ = std::make_unique<OpenCl>(device, info_.name, options, largest_allocation_);
+}
 
 DeviceImpl::~DeviceImpl() {
     try {
-        queue_.finish();
+        opencl_->queue.finish();
     } catch (const cl::Error&) {
         // Nothing is left to report to.
     }
+}
+
+double DeviceImpl::memory_limit() const {
+    return tuning_->memory_share * static_cast<double>(info_.memory_bytes);
+}
+
+std::size_t DeviceImpl::largest_group(Grain grain) const {
+    const std::size_t usual = grain == Grain::fine     ? tuning_->fine_group
+                              : grain == Grain::coarse ? tuning_->coarse_group
+                                                       : tuning_->serial_group;
+    const auto asked = static_cast<std::size_t>(std::max(options_.work_group_size, 0));
+    return std::min(asked > 0 ? asked : usual, largest_group_);
+}
+
+Kernel DeviceImpl::kernel(std::string_view stem, const std::string& name, const BuildParameters& parameters) {
+    return opencl_->programs.kernel(stem, name, parameters);
+}
+
+BufferPool& DeviceImpl::pool() {
+    return opencl_->pool;
+}
+const cl::Context& DeviceImpl::context() const {
+    return opencl_->context;
+}
+const cl::CommandQueue& DeviceImpl::queue() const {
+    return opencl_->queue;
 }
 
 void DeviceImpl::write(const Buffer& target, const void* source, std::size_t bytes, std::size_t offset) {
@@ -76,7 +119,7 @@ void DeviceImpl::write(const Buffer& target, const void* source, std::size_t byt
         throw DeviceError("write to device memory", "the copy ends after the buffer", "report this defect");
     if (bytes == 0) return;  // OpenCL has no empty copies; a model without offsets has empty tables
     guarded("copy to the device", info_.name,
-            [&] { queue_.enqueueWriteBuffer(target.handle(), CL_TRUE, offset, bytes, source); });
+            [&] { opencl_->queue.enqueueWriteBuffer(*target.handle(), CL_TRUE, offset, bytes, source); });
 }
 
 void DeviceImpl::read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset) {
@@ -85,65 +128,74 @@ void DeviceImpl::read(const Buffer& source, void* target, std::size_t bytes, std
                           "report this defect");
     if (bytes == 0) return;
     guarded("copy from the device", info_.name,
-            [&] { queue_.enqueueReadBuffer(source.handle(), CL_TRUE, offset, bytes, target); });
+            [&] { opencl_->queue.enqueueReadBuffer(*source.handle(), CL_TRUE, offset, bytes, target); });
 }
 
 void DeviceImpl::finish() {
-    guarded("wait for the device", info_.name, [&] { queue_.finish(); });
+    guarded("wait for the device", info_.name, [&] { opencl_->queue.finish(); });
 }
 
 void DeviceImpl::flush() {
-    guarded("start the device", info_.name, [&] { queue_.flush(); });
+    guarded("start the device", info_.name, [&] { opencl_->queue.flush(); });
 }
 
-std::string DeviceImpl::kernel_name(const cl::Kernel& kernel) {
-    return kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
-}
-
-void DeviceImpl::enqueue(cl::Kernel& kernel, cl_uint arguments, const Range& global, Grain grain) {
+void DeviceImpl::enqueue(Kernel handle, const Range& global, Grain grain,
+                         std::initializer_list<Argument> arguments) {
+    cl::Kernel& kernel = handle.handle();
+    cl_uint index = 0;
+    try {
+        for (const Argument& argument : arguments) {
+            if (argument.buffer) {
+                const cl::Buffer* const buffer = argument.buffer->handle();
+                const cl_mem memory = buffer ? (*buffer)() : nullptr;
+                kernel.setArg(index, sizeof memory, &memory);
+            } else {
+                kernel.setArg(index, argument.bytes, argument.value);
+            }
+            ++index;
+        }
+    } catch (const cl::Error& error) {
+        throw device_error(error,
+                           "set argument " + std::to_string(index) + " of kernel '" + name_of(kernel) + "'",
+                           info_.name);
+    }
     const auto refuse = [&](const std::string& found) {
-        throw DeviceError("launch kernel '" + kernel_name(kernel) + "' on device '" + info_.name + "'", found,
+        throw DeviceError("launch kernel '" + name_of(kernel) + "' on device '" + info_.name + "'", found,
                           "report this defect");
     };
-    if (kernel.getInfo<CL_KERNEL_NUM_ARGS>() != arguments)
+    if (kernel.getInfo<CL_KERNEL_NUM_ARGS>() != index)
         refuse("it takes " + std::to_string(kernel.getInfo<CL_KERNEL_NUM_ARGS>()) + " arguments, " +
-               std::to_string(arguments) + " were given");
+               std::to_string(index) + " were given");
     if (global.x == 0 || global.y == 0 || global.z == 0) refuse("a global size is 0");
 
-    std::size_t local = 1;
-    if (options_.work_group_size > 0)
-        local = static_cast<std::size_t>(options_.work_group_size);
-    else if (!is_cpu())
-        local = grain == Grain::fine ? 64 : 1;
-    else if (grain == Grain::fine)
-        local = 8;
-    local = std::min(local, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_));
+    const std::size_t local =
+        std::min(largest_group(grain), kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(opencl_->device));
     Range range{(global.x + local - 1) / local * local, global.y, global.z};
     if (rehearsing_) range = {local, 1, 1};
 
-    guarded("launch kernel '" + kernel_name(kernel) + "'", info_.name, [&] {
+    guarded("launch kernel '" + name_of(kernel) + "'", info_.name, [&] {
         cl::Event event;
         // The work dimension is part of what drivers specialise kernels for: it follows the full range.
         const bool deep = global.z > 1;
-        queue_.enqueueNDRangeKernel(
+        opencl_->queue.enqueueNDRangeKernel(
             kernel, cl::NullRange,
             deep ? cl::NDRange(range.x, range.y, range.z) : cl::NDRange(range.x, range.y),
             deep ? cl::NDRange(local, 1, 1) : cl::NDRange(local, 1), nullptr,
             options_.profile ? &event : nullptr);
-        if (!rehearsing_) record(kernel_name(kernel), event);
+        if (!rehearsing_) record(name_of(kernel), event);
     });
 }
 
-void DeviceImpl::record(std::string label, cl::Event event) {
+void DeviceImpl::record(std::string label, const cl::Event& event) {
     ++launches_;
-    if (options_.profile) events_.emplace_back(std::move(label), std::move(event));
+    if (options_.profile) opencl_->events.emplace_back(std::move(label), event);
 }
 
 std::vector<ProfileEntry> DeviceImpl::take_profile() {
     finish();
     std::map<std::string, ProfileEntry> sums;
     guarded("read launch times", info_.name, [&] {
-        for (const auto& [label, event] : events_) {
+        for (const auto& [label, event] : opencl_->events) {
             ProfileEntry& entry = sums[label];
             entry.kernel = label;
             ++entry.launches;
@@ -151,7 +203,7 @@ std::vector<ProfileEntry> DeviceImpl::take_profile() {
                                                         event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
         }
     });
-    events_.clear();
+    opencl_->events.clear();
     std::vector<ProfileEntry> entries;
     entries.reserve(sums.size());
     for (auto& [label, entry] : sums) entries.push_back(std::move(entry));

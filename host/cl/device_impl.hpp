@@ -1,21 +1,33 @@
 #pragma once
 
 /// \file
-/// What stands behind Device: context, queue, program cache, buffer pool, FFT plans and the one launch().
+/// What stands behind Device: context, queue, program cache, buffer pool, FFT plans and the one launch(). No
+/// room but this one sees OpenCL.
 
-#include <array>
 #include <cstdint>
+#include <initializer_list>
+#include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "btfield/device.hpp"
-#include "host/cl/api.hpp"
 #include "host/cl/buffer_pool.hpp"
+#include "host/cl/build_parameters.hpp"
 #include "host/cl/fft.hpp"
-#include "host/cl/program.hpp"
+#include "host/cl/tuning.hpp"
+
+namespace cl {
+class CommandQueue;
+class Event;
+class Kernel;
+}  // namespace cl
 
 namespace btfield::detail {
+
+class ProgramCache;
 
 /// Work-items of a launch along up to three dimensions. Kernels check their bounds along dimension 0, which
 /// is rounded up to the local size.
@@ -23,10 +35,19 @@ struct Range {
     std::size_t x = 1, y = 1, z = 1;
 };
 
-/// How much one work-item does.
-enum class Grain {
-    fine,    ///< a few vectors: many work-items share a work-group
-    coarse,  ///< a whole row with private arrays: one work-item per work-group on CPUs
+/// A kernel of a program that the device keeps.
+class Kernel {
+  public:
+    Kernel(cl::Kernel& kernel) : handle_(&kernel) {}
+    [[nodiscard]] cl::Kernel& handle() const { return *handle_; }
+
+  private:
+    cl::Kernel* handle_;
+};
+
+/// Uninitialised local memory, as an argument of a launch.
+struct LocalMemory {
+    std::size_t bytes = 0;
 };
 
 class DeviceImpl {
@@ -38,11 +59,17 @@ class DeviceImpl {
 
     [[nodiscard]] const DeviceInfo& info() const { return info_; }
     [[nodiscard]] const DeviceOptions& options() const { return options_; }
+    [[nodiscard]] const Tuning& tuning() const { return *tuning_; }
     [[nodiscard]] int vector_width() const { return vector_width_; }
-    [[nodiscard]] bool is_cpu() const { return info_.type == DeviceType::cpu; }
     [[nodiscard]] std::size_t largest_allocation() const { return largest_allocation_; }
+    /// Bytes of device memory that may be planned with.
+    [[nodiscard]] double memory_limit() const;
+    /// Bytes of local memory of a work-group.
+    [[nodiscard]] std::size_t local_memory() const { return local_memory_; }
+    /// Work-items that a group of a launch has at most.
+    [[nodiscard]] std::size_t largest_group(Grain grain) const;
 
-    [[nodiscard]] Buffer buffer(std::size_t bytes) { return pool_.take(bytes); }
+    [[nodiscard]] Buffer buffer(std::size_t bytes) { return pool().take(bytes); }
     template <class T>
     [[nodiscard]] Buffer upload(std::span<const T> values) {
         Buffer target = buffer(values.size_bytes());
@@ -64,32 +91,22 @@ class DeviceImpl {
     [[nodiscard]] BuildParameters lanes() const {
         return BuildParameters().set("BTFIELD_VECTOR_WIDTH", vector_width_);
     }
-    cl::Kernel& kernel(std::string_view stem, const std::string& name, const BuildParameters& parameters) {
-        return programs_.kernel(stem, name, parameters);
-    }
+    /// The kernel of an embedded program; built or loaded when first asked for.
+    Kernel kernel(std::string_view stem, const std::string& name, const BuildParameters& parameters);
 
-    /// Sets the arguments and enqueues. Buffers are passed as Buffer, numbers as the kernel's own type.
+    /// Sets the arguments and enqueues. Buffers are passed as Buffer, local memory as LocalMemory, numbers as
+    /// the kernel's own type, its vectors as arrays.
     template <class... Args>
-    void launch(cl::Kernel& kernel, const Range& global, Grain grain, const Args&... args) {
-        cl_uint index = 0;
-        const auto where = [&] {
-            return "set argument " + std::to_string(index) + " of kernel '" + kernel_name(kernel) + "'";
-        };
-        try {
-            (kernel.setArg(index++, argument(args)), ...);
-        } catch (const cl::Error& error) {
-            throw device_error(error, where(), info_.name);
-        }
-        enqueue(kernel, index, global, grain);
+    void launch(Kernel kernel, const Range& global, Grain grain, const Args&... args) {
+        enqueue(kernel, global, grain, {Argument(args)...});
     }
 
     [[nodiscard]] std::vector<ProfileEntry> take_profile();
     [[nodiscard]] std::uint64_t launch_count() const { return launches_; }
-    [[nodiscard]] ProgramCache& programs() { return programs_; }
-    [[nodiscard]] BufferPool& pool() { return pool_; }
+    [[nodiscard]] BufferPool& pool();
     [[nodiscard]] FftPlans& ffts() { return ffts_; }
-    [[nodiscard]] const cl::Context& context() const { return context_; }
-    [[nodiscard]] const cl::CommandQueue& queue() const { return queue_; }
+    [[nodiscard]] const cl::Context& context() const;
+    [[nodiscard]] const cl::CommandQueue& queue() const;
     /// While it lives, launches run a single work-group and go unrecorded: a rehearsal makes drivers compile
     /// what they compile at the first launch, and fills the buffer pool, without doing the work.
     class Rehearsal {
@@ -104,30 +121,32 @@ class DeviceImpl {
     };
     [[nodiscard]] bool rehearsing() const { return rehearsing_; }
     /// Adds an event of a library call (clFFT) to the profile.
-    void record(std::string label, cl::Event event);
+    void record(std::string label, const cl::Event& event);
 
   private:
-    struct Choice;
-    explicit DeviceImpl(const Choice& choice, const DeviceOptions& options);
-    static const cl::Buffer& argument(const Buffer& buffer) { return buffer.handle(); }
-    template <class T>
-    static const T& argument(const T& value) {
-        return value;
-    }
-    static std::string kernel_name(const cl::Kernel& kernel);
-    void enqueue(cl::Kernel& kernel, cl_uint arguments, const Range& global, Grain grain);
+    /// What a kernel's argument is set to: bytes, local memory where there is no value, or a buffer.
+    struct Argument {
+        explicit Argument(const Buffer& of) : buffer(&of) {}
+        explicit Argument(const LocalMemory& memory) : bytes(memory.bytes) {}
+        template <class T>
+        explicit Argument(const T& number) : value(&number), bytes(sizeof number) {
+            static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+        }
+        const Buffer* buffer = nullptr;
+        const void* value = nullptr;
+        std::size_t bytes = 0;
+    };
+    void enqueue(Kernel kernel, const Range& global, Grain grain, std::initializer_list<Argument> arguments);
+
+    struct OpenCl;
 
     DeviceInfo info_;
     DeviceOptions options_;
+    const Tuning* tuning_;
     int vector_width_ = 1;
-    std::size_t largest_allocation_ = 0;
-    cl::Device device_;
-    cl::Context context_;
-    cl::CommandQueue queue_;
-    ProgramCache programs_;
-    BufferPool pool_;
+    std::size_t largest_allocation_ = 0, local_memory_ = 0, largest_group_ = 0;
+    std::unique_ptr<OpenCl> opencl_;
     FftPlans ffts_;
-    std::vector<std::pair<std::string, cl::Event>> events_;
     std::uint64_t launches_ = 0;
     bool rehearsing_ = false;
 };

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "host/cl/api.hpp"
 #include "host/cl/device_impl.hpp"
 
 namespace btfield::detail {
@@ -80,7 +81,7 @@ class LaneFft : public Fft {
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
 
   private:
-    static cl::Kernel& kernel(DeviceImpl& device, const char* name, int length, int sign) {
+    static Kernel kernel(DeviceImpl& device, const char* name, int length, int sign) {
         return device.kernel("fft", name, transform_parameters(device, length, sign));
     }
     [[nodiscard]] std::size_t mid_bytes(int planes) const {
@@ -127,8 +128,8 @@ class ClFft : public Fft {
 
     void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) override {
         Buffer columns = device.buffer(image_bytes(planes));
-        cl_mem in[2] = {spectrum.re.handle()(), spectrum.im.handle()()};
-        cl_mem out[1] = {columns.handle()()};
+        cl_mem in[2] = {(*spectrum.re.handle())(), (*spectrum.im.handle())()};
+        cl_mem out[1] = {(*columns.handle())()};
         run(device, planes, CLFFT_BACKWARD, in, out, "clfft inverse");
         device.launch(transpose(device),
                       {groups(size_.width, 16), groups(size_.height, 16), static_cast<std::size_t>(planes)},
@@ -140,8 +141,8 @@ class ClFft : public Fft {
         device.launch(transpose(device),
                       {groups(size_.height, 16), groups(size_.width, 16), static_cast<std::size_t>(planes)},
                       Grain::coarse, images, columns, size_.width, size_.height);
-        cl_mem in[1] = {columns.handle()()};
-        cl_mem out[2] = {spectrum.re.handle()(), spectrum.im.handle()()};
+        cl_mem in[1] = {(*columns.handle())()};
+        cl_mem out[2] = {(*spectrum.re.handle())(), (*spectrum.im.handle())()};
         run(device, planes, CLFFT_FORWARD, in, out, "clfft forward");
     }
 
@@ -153,7 +154,7 @@ class ClFft : public Fft {
     [[nodiscard]] std::size_t image_bytes(int planes) const {
         return sizeof(float) * static_cast<std::size_t>(planes) * area(size_);
     }
-    static cl::Kernel& transpose(DeviceImpl& device) {
+    static Kernel transpose(DeviceImpl& device) {
         return device.kernel("fft", "transpose_planes", transform_parameters(device, 1, 1));
     }
 
@@ -170,7 +171,7 @@ class ClFft : public Fft {
         const bool profile = device.options().profile;
         check_clfft(
             clfftEnqueueTransform(handle, direction, 1, &queue, 0, nullptr, profile ? &event() : nullptr, in,
-                                  out, room ? room.handle()() : nullptr),
+                                  out, room ? (*room.handle())() : nullptr),
             "clfftEnqueueTransform", device);
         device.record(label, event);
     }
@@ -227,7 +228,7 @@ FftBackend FftPlans::resolve(const DeviceImpl& device, Size size, FftBackend bac
     // clFFT's real transforms need two rows and columns to work with.
     if (size.height < 4 || size.width < 4) return FftBackend::lanes;
     if (backend != FftBackend::automatic) return backend;
-    return device.is_cpu() ? FftBackend::lanes : FftBackend::clfft;
+    return device.tuning().fft;
 }
 
 Fft& FftPlans::plan(DeviceImpl& device, Size size, FftBackend backend) {

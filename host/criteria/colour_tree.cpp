@@ -263,30 +263,20 @@ void ColourTree::take(std::uint32_t slot) {
         arrays_.first[slot] = none;
         for (size_t i = 0; i < d; ++i) arrays_.points[(block * d + i) * lanes + slot % lanes] = infinity;
     }
-    if (noting_ && !noted_points_[slot]) {
-        noted_points_[slot] = true;
-        changes_.points.push_back(slot);
+    if (noting_ && !noted_[slot]) {
+        noted_[slot] = true;
+        changes_.push_back(slot);
     }
-    for (int level = 0; level < arrays_.levels() && tighten_(arrays_, level, block); ++level) {
-        const size_t box = lanes * arrays_.level_begin[static_cast<size_t>(level)] + block;
-        if (noting_ && !noted_boxes_[box]) {
-            noted_boxes_[box] = true;
-            changes_.boxes.push_back(static_cast<std::uint32_t>(box));
-        }
-        block /= lanes;
-    }
+    for (int level = 0; level < arrays_.levels() && tighten_(arrays_, level, block); ++level) block /= lanes;
 }
 
 void ColourTree::clear_changes() {
     if (!noting_) {
         noting_ = true;
-        noted_points_.assign(arrays_.first.size(), false);
-        noted_boxes_.assign(arrays_.lowest.size(), false);
+        noted_.assign(arrays_.first.size(), false);
     }
-    for (const std::uint32_t slot : changes_.points) noted_points_[slot] = false;
-    for (const std::uint32_t box : changes_.boxes) noted_boxes_[box] = false;
-    changes_.points.clear();
-    changes_.boxes.clear();
+    for (const std::uint32_t slot : changes_) noted_[slot] = false;
+    changes_.clear();
 }
 
 }  // namespace btfield::detail

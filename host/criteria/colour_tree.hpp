@@ -44,10 +44,10 @@ struct LineAllocator {
 template <class T>
 using Lines = std::vector<T, LineAllocator<T>>;
 
-/// The arrays of a ColourTree, as the device has them too. A tree of 16 branches without pointers: child l of
-/// block b is block 16 b + l of the level below, and slot s is lane s % 16 of block s / 16. Level 0 holds the
-/// distinct colours, each with the lowest raster index that is left of it; the levels above hold, for every
-/// child, the box of its colours and the lowest raster index in it.
+/// The arrays of a ColourTree; a device that searches has those of level 0 too. A tree of 16 branches without
+/// pointers: child l of block b is block 16 b + l of the level below, and slot s is lane s % 16 of block
+/// s / 16. Level 0 holds the distinct colours, each with the lowest raster index that is left of it; the
+/// levels above hold, for every child, the box of its colours and the lowest raster index in it.
 struct ColourTreeArrays {
     static constexpr std::size_t lanes = 16;
     int planes = 0;
@@ -86,12 +86,9 @@ class ColourTree {
     [[nodiscard]] std::size_t colours() const { return queues_.size(); }
     [[nodiscard]] const ColourTreeArrays& arrays() const { return arrays_; }
 
-    /// Slots that changed since the last clear_changes(), each once; nothing is noted before the first.
-    struct Changes {
-        std::vector<std::uint32_t> points;  ///< of level 0
-        std::vector<std::uint32_t> boxes;   ///< of the levels above, counted through `boxes`
-    };
-    [[nodiscard]] const Changes& changes() const { return changes_; }
+    /// Slots of colours that changed since the last clear_changes(), each once; nothing is noted before the
+    /// first.
+    [[nodiscard]] const std::vector<std::uint32_t>& changes() const { return changes_; }
     void clear_changes();
 
   private:
@@ -106,8 +103,8 @@ class ColourTree {
     std::vector<Queue> queues_;          ///< by slot
     std::size_t left_ = 0;
     bool noting_ = false;
-    Changes changes_;
-    std::vector<bool> noted_points_, noted_boxes_;
+    std::vector<std::uint32_t> changes_;
+    std::vector<bool> noted_;  ///< by slot
 };
 
 /// The searches and updates that this processor can run, widest instruction set first. They agree to the bit.

@@ -94,7 +94,7 @@ double memd_max(Metric metric, int planes) {
 
 class [[gnu::visibility("hidden")]] MemdReference::Impl {
   public:
-    Impl(Device& device, const Image& a, const MemdOptions& options)
+    Impl(Device & device, const Image& a, const MemdOptions& options)
         : device_(&device.impl()), options_(options), a_(colours_of(a, options.white[0], "A")) {}
 
     Memd against(const Image& candidate) {
@@ -121,10 +121,7 @@ class [[gnu::visibility("hidden")]] MemdReference::Impl {
             take_all(a_, tree, note);
         } else {
             if (!on_device_) on_device_ = device_->upload(a_.values);
-            MemdBlocks blocks;
-            blocks.exhaustive = search == MemdSearch::exhaustive;
-            if (options_.search != MemdSearch::automatic) blocks.device_from = 1;
-            take_all(*device_, a_, *on_device_, tree, options_.metric, blocks, note);
+            take_all(*device_, a_, *on_device_, tree, options_.metric, device_->tuning().memd, note);
         }
         result.memd = sum / static_cast<double>(count);
         result.memd_star = 100.0 * result.memd / memd_max(options_.metric, a_.planes);

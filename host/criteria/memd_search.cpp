@@ -12,46 +12,43 @@ namespace {
 
 using std::size_t;
 
-/// The tree on the device, brought up to date between blocks, and the candidates of one block.
-class DeviceTree {
+/// Blocks of colours that fit into local memory, up to as many as wanted.
+int fitting_tile(const DeviceImpl& device, int wanted, size_t block_bytes) {
+    while (wanted > 0 && static_cast<size_t>(wanted) * block_bytes > device.local_memory()) wanted /= 2;
+    return wanted;
+}
+
+/// The colours on the device, brought up to date between blocks, and the candidates of one block.
+class DeviceColours {
   public:
-    DeviceTree(DeviceImpl& device, ColourTree& tree, Metric metric, const MemdBlocks& blocks)
-        : device_(&device), tree_(&tree), blocks_(blocks), k_(static_cast<size_t>(blocks.candidates)) {
+    DeviceColours(DeviceImpl& device, ColourTree& tree, Metric metric, const MemdBlocks& blocks)
+        : device_(&device), tree_(&tree), k_(static_cast<size_t>(blocks.candidates)) {
         const ColourTreeArrays& arrays = tree.arrays();
         points_ = upload(arrays.points);
         first_ = upload(arrays.first);
-        if (!blocks.exhaustive) {
-            // OpenCL has no empty buffers; a tree of one block has no boxes.
-            boxes_ = arrays.boxes.empty() ? device.buffer(sizeof(float)) : upload(arrays.boxes);
-            lowest_ = arrays.lowest.empty() ? device.buffer(sizeof(float)) : upload(arrays.lowest);
-            const std::vector<std::uint32_t> begin(arrays.level_begin.begin(), arrays.level_begin.end());
-            level_begin_ = device.upload(begin);
-        }
         const size_t results = blocks.largest * k_;
         distances_ = device.buffer(results * sizeof(float));
         rasters_ = device.buffer(results * sizeof(std::uint32_t));
         slots_ = device.buffer(results * sizeof(std::uint32_t));
+        const size_t block_bytes = sizeof(float) * ColourTree::lanes * static_cast<size_t>(arrays.planes);
+        const int tile = fitting_tile(device, blocks.tile, block_bytes);
+        tile_bytes_ = tile > 0 ? static_cast<size_t>(tile) * block_bytes : sizeof(float);
         parameters_ = device.lanes();
         parameters_.set("BTFIELD_PLANES", arrays.planes)
             .set("BTFIELD_METRIC", static_cast<int>(metric))
-            .set("BTFIELD_CANDIDATES", blocks.candidates);
+            .set("BTFIELD_CANDIDATES", blocks.candidates)
+            .set("BTFIELD_TILE", tile);
         tree.clear_changes();
     }
 
     /// Begins the search for pixels [begin, begin + count) among what was left at the last update().
     void begin(const Buffer& a, size_t begin, size_t count) {
-        const auto from = static_cast<cl_uint>(begin), pixels = static_cast<cl_uint>(count);
-        if (blocks_.exhaustive) {
-            const auto width = static_cast<size_t>(device_->vector_width());
-            device_->launch(device_->kernel("exhaustive_pixel", "exhaustive_candidates", parameters_),
-                            {(count + width - 1) / width}, Grain::fine, a, from, pixels, points_, first_,
-                            static_cast<cl_uint>(tree_->arrays().first.size() / ColourTree::lanes),
-                            distances_, rasters_, slots_);
-        } else {
-            device_->launch(device_->kernel("nearest_pixel", "nearest_candidates", parameters_), {count},
-                            Grain::fine, a, from, pixels, points_, first_, boxes_, lowest_, level_begin_,
-                            tree_->arrays().levels(), distances_, rasters_, slots_);
-        }
+        const auto width = static_cast<size_t>(device_->vector_width());
+        const auto blocks = static_cast<std::uint32_t>(tree_->arrays().first.size() / ColourTree::lanes);
+        device_->launch(device_->kernel("memd_search", "nearest_candidates", parameters_),
+                        {(count + width - 1) / width}, Grain::fine, a, static_cast<std::uint32_t>(begin),
+                        static_cast<std::uint32_t>(count), points_, first_, blocks, distances_, rasters_,
+                        slots_, LocalMemory{tile_bytes_});
         device_->flush();
         count_ = count;
     }
@@ -72,12 +69,27 @@ class DeviceTree {
     }
 
     void update() {
+        const std::vector<std::uint32_t>& slots = tree_->changes();
+        if (slots.empty()) return;
         const ColourTreeArrays& arrays = tree_->arrays();
+        constexpr size_t lanes = ColourTree::lanes;
         const auto d = static_cast<size_t>(arrays.planes);
-        const ColourTree::Changes& changes = tree_->changes();
-        update(points_, first_, changes.points, arrays.points, arrays.first, d);
-        if (!blocks_.exhaustive) update(boxes_, lowest_, changes.boxes, arrays.boxes, arrays.lowest, 2 * d);
+        std::vector<float> values;
+        std::vector<std::uint32_t> rasters;
+        values.reserve(slots.size() * d);
+        rasters.reserve(slots.size());
+        for (const std::uint32_t slot : slots) {
+            for (size_t i = 0; i < d; ++i)
+                values.push_back(arrays.points[(slot / lanes * d + i) * lanes + slot % lanes]);
+            rasters.push_back(arrays.first[slot]);
+        }
+        const Buffer device_slots = device_->upload(slots), device_values = device_->upload(values),
+                     device_rasters = device_->upload(rasters);
+        device_->launch(device_->kernel("memd_search", "update_colours", parameters_), {slots.size()},
+                        Grain::fine, points_, first_, device_slots, device_values, device_rasters,
+                        static_cast<std::uint32_t>(slots.size()));
         tree_->clear_changes();
+        device_->finish();  // the pool may lend the three buffers again
     }
 
   private:
@@ -86,32 +98,11 @@ class DeviceTree {
         return device_->upload(std::span<const T>(values));
     }
 
-    void update(const Buffer& fields, const Buffer& rasters, const std::vector<std::uint32_t>& slots,
-                const Lines<float>& from, const Lines<std::uint32_t>& from_rasters, size_t per_slot) {
-        if (slots.empty()) return;
-        constexpr size_t lanes = ColourTree::lanes;
-        std::vector<float> values;
-        std::vector<std::uint32_t> new_rasters;
-        values.reserve(slots.size() * per_slot);
-        new_rasters.reserve(slots.size());
-        for (const std::uint32_t slot : slots) {
-            for (size_t f = 0; f < per_slot; ++f)
-                values.push_back(from[(slot / lanes * per_slot + f) * lanes + slot % lanes]);
-            new_rasters.push_back(from_rasters[slot]);
-        }
-        const Buffer device_slots = device_->upload(slots), device_values = device_->upload(values),
-                     device_rasters = device_->upload(new_rasters);
-        device_->launch(device_->kernel("nearest_pixel", "update_slots", parameters_), {slots.size()},
-                        Grain::fine, fields, rasters, device_slots, device_values, device_rasters,
-                        static_cast<cl_uint>(slots.size()), static_cast<cl_int>(per_slot));
-        device_->finish();  // the pool may lend the three buffers again
-    }
-
     DeviceImpl* device_;
     ColourTree* tree_;
-    MemdBlocks blocks_;
     size_t k_;
-    Buffer points_, first_, boxes_, lowest_, level_begin_, distances_, rasters_, slots_;
+    Buffer points_, first_, distances_, rasters_, slots_;
+    size_t tile_bytes_ = 0;
     BuildParameters parameters_;
     size_t count_ = 0;
 };
@@ -142,8 +133,9 @@ std::optional<ColourTree::Hit> proven(const ColourTree& tree, const float* dista
 MemdSearch chosen_search(const DeviceImpl& device, MemdSearch asked, std::size_t pixels,
                          std::size_t colours) {
     if (asked != MemdSearch::automatic) return asked;
-    if (device.is_cpu() || pixels < MemdBlocks{}.device_from) return MemdSearch::host_tree;
-    return colours <= exhaustive_colours ? MemdSearch::exhaustive : MemdSearch::device_tree;
+    const Tuning& tuning = device.tuning();
+    return pixels >= tuning.memd_pixels && colours <= tuning.memd_colours ? MemdSearch::exhaustive
+                                                                          : MemdSearch::host_tree;
 }
 
 std::size_t take_all(DeviceImpl& device, const Colours& a, const Buffer& device_a, ColourTree& tree,
@@ -161,40 +153,37 @@ std::size_t take_all(DeviceImpl& device, const Colours& a, const Buffer& device_
         take(pixel, tree.nearest(a.at(pixel)));
     };
     size_t done = 0;
-    if (count >= blocks.device_from) {
-        DeviceTree on_device(device, tree, metric, blocks);
-        DeviceTree::Candidates candidates;
-        const auto length = [&](size_t begin) {
-            return std::min(std::clamp(tree.left() / blocks.parts, blocks.smallest, blocks.largest),
-                            count - begin);
-        };
-        size_t size = length(0);
-        on_device.begin(device_a, 0, size);
-        while (size > 0) {
-            // The device searches the next block while the host resolves this one.
-            on_device.end(candidates);
-            on_device.update();
-            const size_t next = done + size;
-            const size_t next_size = length(next);
-            if (next_size > 0) on_device.begin(device_a, next, next_size);
-            const size_t before = searched;
-            for (size_t n = 0; n < size; ++n) {
-                const auto hit =
-                    proven(tree, candidates.distances.data() + n * k, candidates.rasters.data() + n * k,
-                           candidates.slots.data() + n * k, k);
-                if (hit) {
-                    take(done + n, *hit);
-                } else {
-                    search(done + n);
-                }
+    DeviceColours on_device(device, tree, metric, blocks);
+    DeviceColours::Candidates candidates;
+    const auto length = [&](size_t begin) {
+        return std::min(std::clamp(tree.left() / blocks.parts, blocks.smallest, blocks.largest),
+                        count - begin);
+    };
+    size_t size = length(0);
+    on_device.begin(device_a, 0, size);
+    while (size > 0) {
+        // The device searches the next block while the host resolves this one.
+        on_device.end(candidates);
+        on_device.update();
+        const size_t next = done + size;
+        const size_t next_size = length(next);
+        if (next_size > 0) on_device.begin(device_a, next, next_size);
+        const size_t before = searched;
+        for (size_t n = 0; n < size; ++n) {
+            const auto hit = proven(tree, candidates.distances.data() + n * k,
+                                    candidates.rasters.data() + n * k, candidates.slots.data() + n * k, k);
+            if (hit) {
+                take(done + n, *hit);
+            } else {
+                search(done + n);
             }
-            done = next;
-            if (static_cast<double>(searched - before) > blocks.hopeless * static_cast<double>(size)) {
-                device.finish();
-                break;
-            }
-            size = next_size;
         }
+        done = next;
+        if (static_cast<double>(searched - before) > blocks.hopeless * static_cast<double>(size)) {
+            device.finish();
+            break;
+        }
+        size = next_size;
     }
     for (; done < count; ++done) search(done);
     return searched;

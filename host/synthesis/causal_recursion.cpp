@@ -86,7 +86,7 @@ CausalRecursion::CausalRecursion(DeviceImpl& device, const LinearField& field, S
             for (int j = 0; j < planes_; ++j) coefficients.push_back(static_cast<float>(root(i, j)));
     }
     const int column = reach_ + device.vector_width(), step = planes_ * column;
-    std::vector<cl_int> displacements;
+    std::vector<int> displacements;
     for (const Offset s : field.offsets)
         displacements.push_back((s.column + s.row * lag_) * step + reach_ + s.row);
     coefficients_ = device.upload(coefficients);
@@ -101,24 +101,25 @@ void CausalRecursion::run(DeviceImpl& device, const Buffer& field, int batch) co
         .set("BTFIELD_REACH", reach_)
         .set("BTFIELD_BACK", back_)
         .set("BTFIELD_CHUNK", chunk);
-    cl::Kernel& kernel = device.kernel("causal_recursion", "causal_recursion", parameters);
+    const Kernel kernel = device.kernel("causal_recursion", "causal_recursion", parameters);
     const int items = batch * blocks_, lanes = device.vector_width();
-    const Grain grain = device.is_cpu() ? Grain::coarse : Grain::fine;
     const auto launch = [&](int groups, int wave, int lowest, int part) {
-        device.launch(kernel, {static_cast<size_t>(items), static_cast<size_t>(groups)}, grain, field,
+        device.launch(kernel, {static_cast<size_t>(items), static_cast<size_t>(groups)}, Grain::serial, field,
                       coefficients_, displacements_, offsets_count_, domain_.height, domain_.width, blocks_,
                       items, wave, lowest, part);
     };
-    const bool busy = device.is_cpu() && items >= 2 * device.info().compute_units;
+    const Tuning& tuning = device.tuning();
+    const int units = device.info().compute_units;
+    const bool busy = tuning.whole_fields > 0 && items >= tuning.whole_fields * units;
     if (schedule_ == Schedule::whole || (schedule_ == Schedule::automatic && busy)) {
         launch(1, -1, 0, 0);
         return;
     }
-    // A part needs the group above to be one part ahead: it is at least as long as a group is skewed. Short
-    // parts keep more groups at work, long ones take fewer launches.
+    // A part needs the group above to be one part ahead: it is at least as long as a group is skewed.
     const int steps = domain_.width + (lanes - 1) * lag_;
-    const int part =
-        std::max(lanes * lag_, device.is_cpu() ? divided_up(steps, 2 * device.info().compute_units) : 16);
+    const int wanted =
+        tuning.row_parts > 0 ? divided_up(steps, tuning.row_parts * units) : tuning.row_part_steps;
+    const int part = std::max(lanes * lag_, wanted);
     const int parts = divided_up(steps, part), groups = divided_up(domain_.height, lanes);
     for (int wave = 0; wave <= 2 * (groups - 1) + parts - 1; ++wave) {
         const int lowest = std::max(0, divided_up(wave - parts + 1, 2));

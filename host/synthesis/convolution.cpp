@@ -21,18 +21,6 @@ int nearest(int s, int n) {
     return rest > n / 2 ? rest - n : rest;
 }
 
-size_t local_memory(const DeviceImpl& device) {
-    return guarded("ask for local memory", device.info().name, [&] {
-        return static_cast<size_t>(
-            device.context().getInfo<CL_CONTEXT_DEVICES>().front().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
-    });
-}
-
-/// Work-items that a group has at most: what DeviceImpl::launch chooses unless told otherwise.
-int largest_group(const DeviceImpl& device) {
-    return std::max(64, device.options().work_group_size);
-}
-
 }  // namespace
 
 Convolution::Convolution(DeviceImpl& device, const LinearField& field, Size lattice, double scale,
@@ -62,22 +50,22 @@ Convolution::Convolution(DeviceImpl& device, const LinearField& field, Size latt
                 coefficients.push_back(static_cast<float>(product.data()[e]));
         }
     }
-    std::vector<cl_int2> offsets;
+    std::vector<std::array<int, 2>> offsets;
     for (const Offset s : field.offsets) {
         const int row = nearest(s.row, lattice.height), column = nearest(s.column, lattice.width);
-        offsets.push_back({{row, column}});
-        reach_.s[0] = std::max(reach_.s[0], -row);
-        reach_.s[1] = std::max(reach_.s[1], row);
-        reach_.s[2] = std::max(reach_.s[2], -column);
-        reach_.s[3] = std::max(reach_.s[3], column);
+        offsets.push_back({row, column});
+        reach_[0] = std::max(reach_[0], -row);
+        reach_[1] = std::max(reach_[1], row);
+        reach_[2] = std::max(reach_[2], -column);
+        reach_[3] = std::max(reach_[3], column);
     }
     coefficients_ = device.upload(coefficients);
     offsets_ = device.upload(offsets);
     mean_ = device.upload(std::vector<float>(mean.begin(), mean.end()));
 
-    const size_t available = local_memory(device);
+    const size_t available = device.local_memory();
     // A lower tile where the widest does not fit; of direct reads the height is nobody's concern.
-    const bool wanted = reads == Reads::tiles || (reads == Reads::automatic && !device.is_cpu());
+    const bool wanted = reads == Reads::tiles || (reads == Reads::automatic && device.tuning().local_tiles);
     while (wanted && rows_ > 1 && tile_bytes(device) > available) rows_ /= 2;
     const bool fit = tile_bytes(device) <= available;
     if (reads == Reads::tiles && !fit) {
@@ -86,14 +74,14 @@ Convolution::Convolution(DeviceImpl& device, const LinearField& field, Size latt
                               " bytes of local memory where " + std::to_string(available) + " exist",
                           "read the noise directly");
     }
-    tiles_ = reads == Reads::tiles || (reads == Reads::automatic && !device.is_cpu() && fit);
+    tiles_ = reads == Reads::tiles || (reads == Reads::automatic && device.tuning().local_tiles && fit);
 }
 
 size_t Convolution::tile_bytes(const DeviceImpl& device) const {
-    const int tile_rows = rows_ + reach_.s[0] + reach_.s[1];
+    const int tile_rows = rows_ + reach_[0] + reach_[1];
     const auto height = static_cast<size_t>(tile_rows);
-    const int tile_columns = largest_group(device) * device.vector_width() + reach_.s[2] + reach_.s[3];
-    const auto width = static_cast<size_t>(tile_columns);
+    const size_t width = device.largest_group(Grain::fine) * static_cast<size_t>(device.vector_width()) +
+                         static_cast<size_t>(reach_[2] + reach_[3]);
     return sizeof(float) * static_cast<size_t>(planes_) * height * width;
 }
 
@@ -118,7 +106,7 @@ void Convolution::filter(DeviceImpl& device, const Buffer& noise, const Buffer& 
                       static_cast<size_t>(batch) * static_cast<size_t>(blocks_)};
     device.launch(device.kernel("convolution", "convolve", parameters), range, Grain::fine, noise, images,
                   coefficients_, offsets_, offsets_count_, mean_, lattice_.height, lattice_.width, blocks_,
-                  reach_, cl::Local(tiles_ ? tile_bytes(device) : sizeof(float)));
+                  reach_, LocalMemory{tiles_ ? tile_bytes(device) : sizeof(float)});
 }
 
 }  // namespace btfield::detail

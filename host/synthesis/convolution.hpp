@@ -3,6 +3,7 @@
 // Synthesis of moving averages by direct convolution of white noise on the torus (theory 14.4; P4 eq. 14,
 // 16).
 
+#include <array>
 #include <vector>
 
 #include "btfield/models.hpp"
@@ -43,7 +44,7 @@ class Convolution {
     int rows_;             ///< that a work-item makes
     int offsets_count_;
     Size lattice_;
-    cl_int4 reach_{};
+    std::array<int, 4> reach_{};  ///< as the kernel takes it
     bool tiles_ = false;
     Buffer coefficients_, offsets_, mean_;
 };

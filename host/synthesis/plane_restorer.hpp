@@ -7,7 +7,8 @@
 
 #include "btfield/marginals.hpp"
 #include "btfield/spectral_basis.hpp"
-#include "host/analysis/pyramid_stages.hpp"
+#include "host/cl/device_impl.hpp"
+#include "host/cl/device_planes.hpp"
 
 namespace btfield::detail {
 

@@ -1,7 +1,9 @@
 #include "host/synthesis/spectral_factors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <set>
 
@@ -101,10 +103,10 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
     const std::vector<int> row_steps = distinct(offsets, &Offset::row);
     const std::vector<int> column_steps = distinct(offsets, &Offset::column);
 
-    std::vector<cl_int2> indices;
+    std::vector<std::array<int, 2>> indices;
     indices.reserve(offsets.size());
     for (const Offset& s : offsets)
-        indices.push_back({{index_of(row_steps, s.row), index_of(column_steps, s.column)}});
+        indices.push_back({index_of(row_steps, s.row), index_of(column_steps, s.column)});
     std::vector<float> rows;
     for (const int s : row_steps) {
         for (int k = 0; k < pitch; ++k)
@@ -112,11 +114,11 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
         for (int k = 0; k < pitch; ++k)
             rows.push_back(static_cast<float>(std::sin(half_angle(s, k, lattice.height))));
     }
-    std::vector<cl_float2> columns;
+    std::vector<std::array<float, 2>> columns;
     for (const int s : column_steps)
         for (int k = 0; k < lattice.width; ++k) {
             const double angle = half_angle(s, k, lattice.width);
-            columns.push_back({{static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))}});
+            columns.push_back({static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))});
         }
     std::vector<float> means(mean.begin(), mean.end());
     std::vector<float> coefficients;
@@ -143,7 +145,7 @@ Range SpectralFactors::range(std::size_t vectors) const {
     return {vectors, static_cast<std::size_t>(lattice_.width), static_cast<std::size_t>(parts_)};
 }
 
-cl::Kernel& SpectralFactors::kernel(DeviceImpl& device, const char* name, bool stored) const {
+Kernel SpectralFactors::kernel(DeviceImpl& device, const char* name, bool stored) const {
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_STORED_FACTORS", stored ? 1 : 0);
     parameters.set("BTFIELD_FACTOR", static_cast<int>(kind_));
@@ -164,20 +166,21 @@ void SpectralFactors::draw(DeviceImpl& device, Spectrum& spectrum, const Buffer&
     // Blocks of 16 feed 32 frequencies.
     const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
     const Range items = range(blocks / static_cast<std::size_t>(device.vector_width()));
-    cl::Kernel& draw = kernel(device, "synthesise_spectrum", stored_);
+    const Kernel draw = kernel(device, "synthesise_spectrum", stored_);
     if (stored_)
         device.launch(draw, items, grain(), factor_re_, factor_im_, mean_, keys, spectrum.re, spectrum.im,
-                      lattice_.height, lattice_.width, pitch, batch, parts_, static_cast<cl_uint>(level));
+                      lattice_.height, lattice_.width, pitch, batch, parts_,
+                      static_cast<std::uint32_t>(level));
     else
         device.launch(draw, items, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
                       keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_,
-                      static_cast<cl_uint>(level));
+                      static_cast<std::uint32_t>(level));
 }
 
 void SpectralFactors::filter(DeviceImpl& device, Spectrum& spectrum, int batch) const {
     const int pitch = spectrum_pitch(lattice_.height);
     const Range items = range(static_cast<std::size_t>(pitch / device.vector_width()));
-    cl::Kernel& filter = kernel(device, "filter_spectrum", stored_);
+    const Kernel filter = kernel(device, "filter_spectrum", stored_);
     if (stored_)
         device.launch(filter, items, grain(), factor_re_, factor_im_, mean_, spectrum.re, spectrum.im,
                       lattice_.height, lattice_.width, pitch, batch, parts_);
@@ -194,7 +197,7 @@ void draw_normal_field(DeviceImpl& device, const Buffer& images, const Buffer& k
         device.kernel("noise", "normal_field", device.lanes()),
         {blocks / static_cast<std::size_t>(device.vector_width()), static_cast<std::size_t>(lattice.height),
          static_cast<std::size_t>(batch) * static_cast<std::size_t>(planes)},
-        Grain::fine, images, keys, lattice.height, lattice.width, planes, static_cast<cl_uint>(level));
+        Grain::fine, images, keys, lattice.height, lattice.width, planes, static_cast<std::uint32_t>(level));
 }
 
 }  // namespace btfield::detail

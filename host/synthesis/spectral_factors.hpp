@@ -29,7 +29,7 @@ class SpectralFactors {
     [[nodiscard]] double stored_bytes() const;
 
   private:
-    [[nodiscard]] cl::Kernel& kernel(DeviceImpl& device, const char* name, bool stored) const;
+    [[nodiscard]] Kernel kernel(DeviceImpl& device, const char* name, bool stored) const;
     [[nodiscard]] Grain grain() const;
 
     [[nodiscard]] Range range(std::size_t vectors) const;

@@ -1,7 +1,9 @@
 #include "btfield/synthesis.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,22 +23,6 @@ namespace btfield {
 using namespace detail;
 
 namespace {
-
-/// Textures of a batch share launches while what they touch together stays within this much memory: the
-/// last-level cache of a CPU, and on a GPU enough to fill it.
-constexpr std::size_t cpu_batch_bytes = std::size_t{32} << 20;
-constexpr std::size_t gpu_batch_bytes = std::size_t{1} << 30;
-constexpr int largest_batch = 64;
-/// Part of the device's memory that synthesis may plan with; a CPU device shares it with everything else.
-double memory_limit(const DeviceImpl& device) {
-    return (device.is_cpu() ? 0.7 : 0.9) * static_cast<double>(device.info().memory_bytes);
-}
-
-/// Products that a convolution adds up for one value, up to which it is expected to be faster than a
-/// transform there and back. Its cost grows with this number; that of the transforms hardly depends on the
-/// support. Measured on 2 cores with AVX-512, 512 x 512 RGB, whole textures: 15 products 0.6 to 0.8 of the
-/// transforms' time, 39 0.85 to 0.95, 75 1.0, 135 1.3 to 1.6.
-constexpr std::size_t largest_convolution = 64;
 
 bool convolves(const LevelModel& level, MovingAverageRoute wanted) {
     if (wanted != MovingAverageRoute::automatic) return wanted == MovingAverageRoute::convolution;
@@ -92,10 +78,11 @@ void check_request(const TextureModel& model, Size size, const SynthesisOptions&
                              "--allow-invalid");
 }
 
-std::vector<cl_uint2> key_words(std::span<const std::uint64_t> seeds) {
-    std::vector<cl_uint2> words;
+/// Lower and upper half of each seed, as the kernels take them.
+std::vector<std::array<std::uint32_t, 2>> key_words(std::span<const std::uint64_t> seeds) {
+    std::vector<std::array<std::uint32_t, 2>> words;
     for (const std::uint64_t seed : seeds)
-        words.push_back({{static_cast<cl_uint>(seed), static_cast<cl_uint>(seed >> 32)}});
+        words.push_back({static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
     return words;
 }
 
@@ -111,7 +98,7 @@ void check_synthesis(const TextureModel& model, Size size, const SynthesisOption
 
 class [[gnu::visibility("hidden")]] Synthesiser::Impl {
   public:
-    Impl(Device& device, const TextureModel& model, Size size, const SynthesisOptions& options)
+    Impl(Device & device, const TextureModel& model, Size size, const SynthesisOptions& options)
         : device_(&device.impl()),
           planes_(model.planes),
           modelled_(modelled_planes(model)),
@@ -122,7 +109,8 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         if (model.basis.planes > 0)
             restorer_.emplace(*device_, model.basis, model.marginals, model.whitening);
         if (!fits(layout_, 1)) refuse_size(model);
-        while (batch_ < largest_batch && is_worth(2 * batch_) && fits(layout_, 2 * batch_)) batch_ *= 2;
+        while (batch_ < device_->tuning().largest_batch && is_worth(2 * batch_) && fits(layout_, 2 * batch_))
+            batch_ *= 2;
         if (levels_.empty()) add_torus_levels(model);
 
         const std::uint64_t seed = 0;
@@ -147,10 +135,18 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         return images;
     }
 
-    [[nodiscard]] Size size() const { return layout_.size; }
-    [[nodiscard]] Size lattice() const { return layout_.lattice; }
-    [[nodiscard]] bool tileable() const { return layout_.tiles(); }
-    [[nodiscard]] int batch() const { return batch_; }
+    [[nodiscard]] Size size() const {
+        return layout_.size;
+    }
+    [[nodiscard]] Size lattice() const {
+        return layout_.lattice;
+    }
+    [[nodiscard]] bool tileable() const {
+        return layout_.tiles();
+    }
+    [[nodiscard]] int batch() const {
+        return batch_;
+    }
 
   private:
     using Level = std::variant<SpectralFactors, Convolution, CausalRecursion>;
@@ -172,15 +168,14 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     [[nodiscard]] bool fits(const SynthesisLayout& layout, int batch) const {
         const double largest =
             std::max(layout.largest(static_cast<double>(modelled_) * batch), restoring_bytes(layout, batch));
-        return bytes(layout, batch) <= memory_limit(*device_) &&
+        return bytes(layout, batch) <= device_->memory_limit() &&
                largest <= static_cast<double>(device_->largest_allocation());
     }
 
     /// Whether a batch is faster than its halves one after the other: while they share the cache, and while a
     /// recursion, which has few rows to work on at once, leaves compute units without a texture of their own.
     [[nodiscard]] bool is_worth(int batch) const {
-        const std::size_t target = device_->is_cpu() ? cpu_batch_bytes : gpu_batch_bytes;
-        if (bytes(layout_, batch) <= static_cast<double>(target)) return true;
+        if (bytes(layout_, batch) <= static_cast<double>(device_->tuning().batch_bytes)) return true;
         return layout_.routes.front() == LevelRoute::recursion && batch <= 2 * device_->info().compute_units;
     }
 
@@ -196,7 +191,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         throw DeviceError(
             "synthesise " + text(layout_.size) + " with " + std::to_string(planes_) + " planes on device '" +
                 device_->info().name + "'",
-            "it takes " + gigabytes(bytes(layout_, 1)) + " where " + gigabytes(memory_limit(*device_)) +
+            "it takes " + gigabytes(bytes(layout_, 1)) + " where " + gigabytes(device_->memory_limit()) +
                 " may be used, at most " + gigabytes(static_cast<double>(device_->largest_allocation())) +
                 " in one piece",
             "give a size up to about " + text({fitting, fitting}) + ", or a device with more memory");
@@ -220,7 +215,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     }
 
     void add_torus_levels(const TextureModel& model) {
-        double spare = memory_limit(*device_) - bytes(layout_, batch_);
+        double spare = device_->memory_limit() - bytes(layout_, batch_);
         for (std::size_t k = 0; k < model.levels.size(); ++k) {
             const Size t = layout_.transforms[k];
             const LevelModel& level = model.levels[k];

@@ -34,13 +34,11 @@ enum class Metric {
 
 /// How nearest pixels are found. Results are equal to the bit, times are not.
 enum class MemdSearch {
-    /// On a CPU the host's tree: the device's cores are the host's, and blocks of candidates cost more than
-    /// they save. On other devices device_tree, exhaustive where B has few colours, host_tree for a few
-    /// thousand pixels.
+    /// On a CPU the host's tree: the device's cores are the host's. On other devices exhaustive where A has
+    /// thousands of pixels and B few colours, else the host's tree.
     automatic,
-    host_tree,    ///< a tree of B's colours, searched on one core for one pixel after the other
-    device_tree,  ///< candidates of whole blocks of pixels from the same tree on the device
-    exhaustive,   ///< candidates from comparing with every colour of B on the device: the baseline
+    host_tree,   ///< a tree of B's colours, searched on one core for one pixel after the other
+    exhaustive,  ///< candidates from comparing with every colour of B on the device: the baseline
 };
 
 struct MemdOptions {

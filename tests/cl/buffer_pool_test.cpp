@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "btfield/error.hpp"
 #include "tests/device_cases.hpp"
 
 namespace btfield {
@@ -22,35 +23,35 @@ class BufferPools : public testing::Test {
 };
 
 TEST_F(BufferPools, ReturnedMemoryIsLentAgain) {
-    cl_mem first = nullptr;
+    const cl::Buffer* first = nullptr;
     {
         const Buffer buffer = pool_.take(1000);
         EXPECT_TRUE(buffer);
         EXPECT_EQ(buffer.bytes(), 1000U);
-        first = buffer.handle()();
+        first = buffer.handle();
         EXPECT_EQ(pool_.idle_bytes(), 0U);
     }
     EXPECT_EQ(pool_.idle_bytes(), 1000U);
     const Buffer smaller = pool_.take(900);
-    EXPECT_EQ(smaller.handle()(), first);
+    EXPECT_EQ(smaller.handle(), first);
     EXPECT_EQ(smaller.bytes(), 900U);
     EXPECT_EQ(pool_.idle_bytes(), 0U);
 }
 
 TEST_F(BufferPools, MemoryOnLoanIsNotLentTwice) {
     const Buffer a = pool_.take(1000), b = pool_.take(1000);
-    EXPECT_NE(a.handle()(), b.handle()());
+    EXPECT_NE(a.handle(), b.handle());
 }
 
 TEST_F(BufferPools, CapacitySurvivesASmallerLoan) {
-    cl_mem first = nullptr;
+    const cl::Buffer* first = nullptr;
     {
         const Buffer buffer = pool_.take(4000);
-        first = buffer.handle()();
+        first = buffer.handle();
     }
     { const Buffer smaller = pool_.take(100); }
     EXPECT_EQ(pool_.idle_bytes(), 4000U);
-    EXPECT_EQ(pool_.take(4000).handle()(), first);
+    EXPECT_EQ(pool_.take(4000).handle(), first);
 }
 
 TEST_F(BufferPools, SmallRequestsLeaveLargeMemoryAlone) {
@@ -69,7 +70,7 @@ TEST_F(BufferPools, SmallestFittingMemoryIsTaken) {
 TEST_F(BufferPools, NothingAskedForStillIsMemory) {
     const Buffer buffer = pool_.take(0);
     EXPECT_TRUE(buffer);
-    EXPECT_NE(buffer.handle()(), nullptr);
+    EXPECT_NE(buffer.handle(), nullptr);
 }
 
 TEST_F(BufferPools, RefusesMoreThanTheDeviceAllocates) {
@@ -101,9 +102,9 @@ TEST_F(BufferPools, ClearFreesIdleMemory) {
 
 TEST_F(BufferPools, MovesHandTheLoanOver) {
     Buffer a = pool_.take(1000);
-    const cl_mem handle = a.handle()();
+    const cl::Buffer* const handle = a.handle();
     Buffer b = std::move(a);
-    EXPECT_EQ(b.handle()(), handle);
+    EXPECT_EQ(b.handle(), handle);
     EXPECT_EQ(b.bytes(), 1000U);
     EXPECT_FALSE(a);  // NOLINT(bugprone-use-after-move): moved-from buffers are empty
     EXPECT_EQ(a.bytes(), 0U);
@@ -111,12 +112,12 @@ TEST_F(BufferPools, MovesHandTheLoanOver) {
 
     Buffer c = pool_.take(2000);
     c = std::move(b);
-    EXPECT_EQ(c.handle()(), handle);
+    EXPECT_EQ(c.handle(), handle);
     EXPECT_EQ(pool_.idle_bytes(), 2000U);  // what c held before went back
     EXPECT_FALSE(b);                       // NOLINT(bugprone-use-after-move)
     Buffer& same = c;
     c = std::move(same);
-    EXPECT_EQ(c.handle()(), handle);
+    EXPECT_EQ(c.handle(), handle);
     c = Buffer();
     EXPECT_EQ(pool_.idle_bytes(), 3000U);
 }

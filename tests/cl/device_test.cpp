@@ -60,8 +60,8 @@ std::string error_of(std::string_view spec) {
 /// A vector of normals: the smallest launch of a kernel of this project.
 void launch_something(Device& device) {
     device.impl().launch(device.impl().kernel("noise", "philox_block", device.impl().lanes()), {1},
-                         Grain::fine, device.impl().buffer(256), device.impl().buffer(256), cl_uint{1},
-                         cl_uint{2}, cl_int{16});
+                         Grain::fine, device.impl().buffer(256), device.impl().buffer(256), std::uint32_t{1},
+                         std::uint32_t{2}, int{16});
 }
 
 TEST(Device, ListHasOneDefaultAndPlausibleEntries) {
@@ -195,7 +195,7 @@ TEST(Device, TwoDevicesCoexist) {
 TEST(Device, LaunchRefusesWrongArgumentsAndEmptyRanges) {
     Device device;
     DeviceImpl& impl = device.impl();
-    cl::Kernel& kernel = impl.kernel("noise", "philox_block", impl.lanes());
+    const Kernel kernel = impl.kernel("noise", "philox_block", impl.lanes());
     const Buffer words = impl.buffer(256), counters = impl.buffer(256);
     const auto error = [&](auto&& launch) -> std::string {
         try {
@@ -205,13 +205,13 @@ TEST(Device, LaunchRefusesWrongArgumentsAndEmptyRanges) {
         }
         return {};
     };
-    const cl_uint key = 1;
-    const cl_int count = 16;
+    const std::uint32_t key = 1;
+    const int count = 16;
     const std::string errors[] = {
         error([&] { impl.launch(kernel, {1}, Grain::fine, words, counters, key, key); }),
         error([&] { impl.launch(kernel, {1}, Grain::fine, words, counters, key, key, count, count); }),
         error([&] { impl.launch(kernel, {1}, Grain::fine); }),
-        error([&] { impl.launch(kernel, {1}, Grain::fine, words, counters, key, key, cl_ulong{16}); }),
+        error([&] { impl.launch(kernel, {1}, Grain::fine, words, counters, key, key, std::uint64_t{16}); }),
         error([&] { impl.launch(kernel, {0}, Grain::fine, words, counters, key, key, count); }),
         error([&] {
             impl.launch(kernel, {1, 0}, Grain::fine, words, counters, key, key, count);
@@ -281,7 +281,7 @@ TEST(Device, ProfileSumsLaunchesByKernel) {
     const Buffer field = impl.buffer(sizeof(float) << 20), keys = test::upload_seeds(device, {1});
     impl.launch(impl.kernel("noise", "normal_field", impl.lanes()),
                 {(1 << 14) / static_cast<std::size_t>(device.vector_width()), 16}, Grain::fine, field, keys,
-                cl_int{16}, cl_int{1 << 16}, cl_int{1}, cl_uint{0});
+                int{16}, int{1 << 16}, int{1}, std::uint32_t{0});
 
     const std::vector<ProfileEntry> profile = device.take_profile();
     ASSERT_EQ(profile.size(), 2U);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "btfield/error.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/reference/fourier.hpp"
 #include "tests/reference/noise.hpp"

@@ -313,8 +313,11 @@ Memd in_blocks(Device& on, const RandomCase& one, const MemdBlocks& blocks, std:
 /// Planes and metrics that kernels are built for.
 using Kernels = std::vector<std::pair<int, Metric>>;
 
+/// Colours are read where they lie, or from tiles of a few blocks.
+constexpr std::array tiles{0, 2};
+
 void compare_blocks(Device& on, const Kernels& kernels, unsigned seed, int cases, int largest_side,
-                    bool exhaustive = false) {
+                    int tile) {
     std::mt19937 generator(seed);
     std::size_t pixels = 0, on_host = 0;
     for (int k = 0; k < cases; ++k) {
@@ -322,12 +325,11 @@ void compare_blocks(Device& on, const Kernels& kernels, unsigned seed, int cases
         const RandomCase one = random_case(generator, largest_side, planes, metric);
         MemdBlocks blocks;
         blocks.candidates = 4;
-        blocks.device_from = 1;
         blocks.smallest = std::size_t{1} << (k % 6);
         blocks.largest = 64;
         blocks.parts = 6;
         blocks.hopeless = 2.0;  // never gives up
-        blocks.exhaustive = exhaustive;
+        blocks.tile = tile;
         std::size_t searched = 0;
         const Memd found = in_blocks(on, one, blocks, searched);
         const Memd expected = reference::memd(one.a, one.b, one.options);
@@ -360,19 +362,27 @@ TEST(Memd, RandomPictures) {
 }
 
 TEST(Memd, BlocksAtEveryWidth) {
-    for (const int width : test::vector_widths) {
-        SCOPED_TRACE(width);
-        Device on = test::device_of_width(width);
-        compare_blocks(on, {{3, Metric::max}}, 50U + static_cast<unsigned>(width), 30, 20);
-    }
+    for (const int width : test::vector_widths)
+        for (const int tile : tiles) {
+            SCOPED_TRACE("width " + std::to_string(width) + ", tile " + std::to_string(tile));
+            Device on = test::device_of_width(width);
+            compare_blocks(on, {{3, Metric::max}, {1, Metric::l2}, {4, Metric::l1}},
+                           50U + static_cast<unsigned>(width), 30, 20, tile);
+        }
 }
 
-TEST(Memd, ExhaustiveAtEveryWidth) {
-    for (const int width : test::vector_widths) {
-        SCOPED_TRACE(width);
-        Device on = test::device_of_width(width);
-        compare_blocks(on, {{3, Metric::max}, {1, Metric::l2}}, 60U + static_cast<unsigned>(width), 30, 20,
-                       true);
+/// A tile that local memory cannot hold is halved until it does.
+TEST(Memd, TilesThatDoNotFit) {
+    Device on;
+    std::mt19937 generator(11);
+    for (const int planes : {1, 3}) {
+        const RandomCase one = random_case(generator, 20, planes, Metric::l1);
+        MemdBlocks blocks;
+        blocks.tile = 1 << 20;
+        blocks.smallest = 8;
+        blocks.hopeless = 2.0;
+        std::size_t searched = 0;
+        expect_equal(in_blocks(on, one, blocks, searched), reference::memd(one.a, one.b, one.options));
     }
 }
 
@@ -380,13 +390,11 @@ TEST(Memd, EverySearchOnPictures) {
     std::mt19937 generator(8);
     const RandomCase one{picture(generator, {40, 31}, 3, 0), picture(generator, {37, 33}, 3, 20), {}};
     const Memd expected = reference::memd(one.a, one.b);
-    for (const MemdSearch search :
-         {MemdSearch::automatic, MemdSearch::host_tree, MemdSearch::device_tree, MemdSearch::exhaustive}) {
+    for (const MemdSearch search : {MemdSearch::automatic, MemdSearch::host_tree, MemdSearch::exhaustive}) {
         Device on;
         expect_equal(with_errors(on, one.a, one.b, {.search = search}), expected);
         // The device searches when it is asked to, and a CPU only then.
-        const bool asked = search == MemdSearch::device_tree || search == MemdSearch::exhaustive;
-        EXPECT_EQ(on.launch_count() > 0, asked) << static_cast<int>(search);
+        EXPECT_EQ(on.launch_count() > 0, search == MemdSearch::exhaustive) << static_cast<int>(search);
     }
 }
 
@@ -395,10 +403,10 @@ TEST(Memd, SearchFollowsDeviceAndPictures) {
     const auto choice = [&](std::size_t pixels, std::size_t colours) {
         return chosen_search(on.impl(), MemdSearch::automatic, pixels, colours);
     };
-    const bool cpu = on.impl().is_cpu();
+    const bool cpu = on.info().type == DeviceType::cpu;
     EXPECT_EQ(choice(100, 100), MemdSearch::host_tree);
     EXPECT_EQ(choice(1000000, 100), cpu ? MemdSearch::host_tree : MemdSearch::exhaustive);
-    EXPECT_EQ(choice(1000000, 1000000), cpu ? MemdSearch::host_tree : MemdSearch::device_tree);
+    EXPECT_EQ(choice(1000000, 1000000), MemdSearch::host_tree);
     EXPECT_EQ(chosen_search(on.impl(), MemdSearch::exhaustive, 1, 1), MemdSearch::exhaustive);
 }
 
@@ -406,13 +414,12 @@ TEST(Memd, SearchFollowsDeviceAndPictures) {
 TEST(MemdSmall, EveryKernel) {
     std::mt19937 generator(9);
     const RandomCase one{picture(generator, {5, 9}, 3, 0), picture(generator, {7, 5}, 3, 9), {}};
-    for (const bool exhaustive : {false, true}) {
+    for (const int tile : tiles) {
         MemdBlocks blocks;
-        blocks.device_from = 1;
         blocks.smallest = 16;
         blocks.largest = 20;
         blocks.hopeless = 2.0;
-        blocks.exhaustive = exhaustive;
+        blocks.tile = tile;
         std::size_t searched = 0;
         expect_equal(in_blocks(device(), one, blocks, searched), reference::memd(one.a, one.b));
     }
@@ -420,17 +427,15 @@ TEST(MemdSmall, EveryKernel) {
 
 TEST(MemdLong, TenThousandRandomPictures) {
     compare_random_cases(device(), 2, 8000, 13);
-    for (const int width : test::vector_widths) {
-        SCOPED_TRACE(width);
-        Device on = test::device_of_width(width);
-        compare_blocks(
-            on, {{1, Metric::l1}, {3, Metric::max}, {3, Metric::l2}, {6, Metric::l1}, {31, Metric::l2}},
-            300U + static_cast<unsigned>(width), 500, 20);
-        compare_blocks(on, {{3, Metric::max}}, 400U + static_cast<unsigned>(width), 40, 60);
-        compare_blocks(
-            on, {{1, Metric::l1}, {3, Metric::max}, {3, Metric::l2}, {6, Metric::l1}, {31, Metric::l2}},
-            500U + static_cast<unsigned>(width), 300, 20, true);
-    }
+    for (const int width : test::vector_widths)
+        for (const int tile : tiles) {
+            SCOPED_TRACE("width " + std::to_string(width) + ", tile " + std::to_string(tile));
+            Device on = test::device_of_width(width);
+            compare_blocks(
+                on, {{1, Metric::l1}, {3, Metric::max}, {3, Metric::l2}, {6, Metric::l1}, {31, Metric::l2}},
+                300U + static_cast<unsigned>(width), 300, 20, tile);
+            compare_blocks(on, {{3, Metric::max}}, 400U + static_cast<unsigned>(width), 40, 60, tile);
+        }
 }
 
 TEST(MemdLong, RealPictures) {

@@ -150,7 +150,7 @@ std::vector<float> packed(const MatrixXd& a) {
     return values;
 }
 
-cl::Kernel& kernel(Device& device, const char* name, Index d, int factor = 1) {
+Kernel kernel(Device& device, const char* name, Index d, int factor = 1) {
     BuildParameters parameters = device.impl().lanes();
     parameters.set("BTFIELD_PLANES", static_cast<int>(d)).set("BTFIELD_FACTOR", factor);
     return device.impl().kernel("spectral_root", name, parameters);
@@ -171,7 +171,7 @@ Roots hermitian_roots(Device& device, const Matrices& m) {
     const Buffer rr = impl.buffer(bytes), ri = impl.buffer(bytes), vr = impl.buffer(bytes),
                  vi = impl.buffer(bytes);
     impl.launch(kernel(device, "hermitian_roots", m.d), vectors(device, m), Grain::coarse, re, im, rr, ri, vr,
-                vi, static_cast<cl_int>(m.pitch()));
+                vi, static_cast<int>(m.pitch()));
     Roots result{m, m};
     result.root.re = test::read_all<float>(device, rr), result.root.im = test::read_all<float>(device, ri);
     result.inverse.re = test::read_all<float>(device, vr),
@@ -187,7 +187,7 @@ Matrices with_right_side(Device& device, const char* name, const Matrices& m, co
     const Buffer re = impl.upload(m.re), im = impl.upload(m.im), b = impl.upload(packed(right));
     const Buffer fr = impl.buffer(bytes), fi = impl.buffer(bytes);
     impl.launch(kernel(device, name, m.d, factor), vectors(device, m), Grain::coarse, re, im, b, fr, fi,
-                static_cast<cl_int>(m.pitch()));
+                static_cast<int>(m.pitch()));
     Matrices result = m;
     result.re = test::read_all<float>(device, fr), result.im = test::read_all<float>(device, fi);
     return result;
@@ -315,8 +315,8 @@ LatticeFactors lattice_factors(Device& device, const std::vector<Offset>& offset
     const Index d = root.rows();
     const int pitch = spectrum_pitch(lattice.height);
     std::vector<float> coefficients, rows;
-    std::vector<cl_float2> columns;
-    std::vector<cl_int2> places;
+    std::vector<std::array<float, 2>> columns;
+    std::vector<std::array<int, 2>> places;
     MatrixXd at_zero = MatrixXd::Identity(d, d);
     const auto append = [&](const MatrixXd& a) {
         const std::vector<float> values = packed(a);
@@ -325,7 +325,7 @@ LatticeFactors lattice_factors(Device& device, const std::vector<Offset>& offset
     for (std::size_t s = 0; s < offsets.size(); ++s) {
         append(steps[s]);
         at_zero -= steps[s];
-        places.push_back({{static_cast<cl_int>(s), static_cast<cl_int>(s)}});
+        places.push_back({{static_cast<int>(s), static_cast<int>(s)}});
         const double row = std::numbers::pi * offsets[s].row / lattice.height;
         const double column = std::numbers::pi * offsets[s].column / lattice.width;
         for (int ky = 0; ky < pitch; ++ky) rows.push_back(static_cast<float>(std::cos(row * ky)));
@@ -343,7 +343,7 @@ LatticeFactors lattice_factors(Device& device, const std::vector<Offset>& offset
     impl.launch(
         kernel(device, "hermitian_factors", d, factor),
         {static_cast<std::size_t>(pitch / impl.vector_width()), static_cast<std::size_t>(lattice.width)},
-        Grain::coarse, c, o, r, k, static_cast<cl_int>(offsets.size()), re, im, lattice.width, pitch);
+        Grain::coarse, c, o, r, k, static_cast<int>(offsets.size()), re, im, lattice.width, pitch);
     return {lattice, d, test::read_all<float>(device, re), test::read_all<float>(device, im)};
 }
 
