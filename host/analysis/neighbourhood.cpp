@@ -3,22 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <string>
-#include <utility>
 
 #include "btfield/error.hpp"
+#include "host/analysis/neighbourhood_names.hpp"
 
 namespace btfield {
 namespace {
 
 constexpr std::array<int, max_order> squared_radius = {1, 2, 4, 5, 8, 9, 10, 13};
-
-constexpr std::array<std::pair<NeighbourhoodKind, std::string_view>, 5> kind_names = {{
-    {NeighbourhoodKind::symmetric, "symmetric"},
-    {NeighbourhoodKind::half, "half"},
-    {NeighbourhoodKind::causal, "causal"},
-    {NeighbourhoodKind::unilateral, "unilateral"},
-    {NeighbourhoodKind::custom, "custom"},
-}};
 
 bool belongs(NeighbourhoodKind kind, Offset s) {
     switch (kind) {
@@ -39,18 +31,11 @@ bool belongs(NeighbourhoodKind kind, Offset s) {
 }  // namespace
 
 std::string_view name(NeighbourhoodKind kind) {
-    for (const auto& [candidate, text] : kind_names) {
-        if (candidate == kind) return text;
-    }
-    return "unknown";
+    return detail::word_of(kind);
 }
 
 NeighbourhoodKind neighbourhood_kind(std::string_view name) {
-    for (const auto& [candidate, text] : kind_names) {
-        if (text == name) return candidate;
-    }
-    throw InputError("neighbourhood '" + std::string(name) + "'", "no neighbourhood of that name",
-                     "use symmetric, half, causal, unilateral or custom");
+    return detail::value_of<NeighbourhoodKind>(name);
 }
 
 std::vector<Offset> neighbourhood(int order, NeighbourhoodKind kind) {

@@ -5,6 +5,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/pyramid_stages.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield {
 
@@ -150,11 +151,9 @@ Image collapse(Device& device, const std::vector<Image>& levels, int factor) {
     for (std::size_t k = 0; k < levels.size(); ++k)
         if (levels[k].size() != sizes[k] || levels[k].planes() != levels.front().planes())
             throw InputError("collapse a pyramid with reduction factor " + std::to_string(factor),
-                             "level " + std::to_string(k) + " is " + std::to_string(levels[k].width()) + "x" +
-                                 std::to_string(levels[k].height()) + " with " +
-                                 std::to_string(levels[k].planes()) + " planes",
-                             "give " + std::to_string(sizes[k].width) + "x" +
-                                 std::to_string(sizes[k].height) + " with " +
+                             "level " + std::to_string(k) + " is " + compact_text_of(levels[k].size()) +
+                                 " with " + std::to_string(levels[k].planes()) + " planes",
+                             "give " + compact_text_of(sizes[k]) + " with " +
                                  std::to_string(levels.front().planes()) + " planes");
     if (levels.size() == 1) return levels.front();
     DeviceImpl& impl = device.impl();

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "host/cl/device_names.hpp"
+
 namespace btfield {
 
 using namespace detail;
@@ -124,14 +126,7 @@ std::vector<DeviceInfo> list_devices() {
 }
 
 std::string_view name(DeviceType type) {
-    switch (type) {
-        case DeviceType::cpu:
-            return "cpu";
-        case DeviceType::gpu:
-            return "gpu";
-        default:
-            return "accelerator";
-    }
+    return word_of(type);
 }
 
 }  // namespace btfield

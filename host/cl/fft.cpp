@@ -7,6 +7,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "host/base/text.hpp"
 #include "host/cl/api.hpp"
 #include "host/cl/device_impl.hpp"
 
@@ -233,9 +234,9 @@ FftBackend FftPlans::resolve(const DeviceImpl& device, Size size, FftBackend bac
 
 Fft& FftPlans::plan(DeviceImpl& device, Size size, FftBackend backend) {
     if (size.height < 1 || size.width < 1 || !transformable(size.height) || !transformable(size.width))
-        throw DeviceError(
-            "plan a " + std::to_string(size.width) + "x" + std::to_string(size.height) + " transform",
-            "a side is not a product of 2, 3, 5, 7, 11 and 13", "transform the next larger lattice that is");
+        throw DeviceError("plan a " + compact_text_of(size) + " transform",
+                          "a side is not a product of 2, 3, 5, 7, 11 and 13",
+                          "transform the next larger lattice that is");
     const FftBackend resolved = resolve(device, size, backend);
     std::unique_ptr<Fft>& entry = plans_[{size.height, size.width, resolved}];
     if (!entry) {

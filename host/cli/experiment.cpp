@@ -15,6 +15,7 @@
 #include "host/cli/mpi_ranks.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/experiment/experiment_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -287,12 +288,7 @@ void add_table(CLI::App& parent, Action& action) {
     command->add_option("RESULTS.db", options->database, "database of an experiment, finished or not")
         ->required()
         ->type_name("");
-    add_choice<TableFormat>(*command, "--format", options->format,
-                            {{"text", TableFormat::text},
-                             {"md", TableFormat::markdown},
-                             {"csv", TableFormat::csv},
-                             {"latex", TableFormat::latex}},
-                            "of the table (default: text)");
+    add_choice(*command, "--format", options->format, "of the table (default: text)");
     add_json(*command, options->json);
     command->footer(
         "Examples:\n  btfield experiment table sand.db\n  btfield experiment table sand.db --format latex");

@@ -18,6 +18,8 @@
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/selection_options.hpp"
+#include "host/fit/fit_names.hpp"
+#include "host/model/model_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -236,28 +238,17 @@ void add_fit(CLI::App& app, Action& action) {
         ->type_name("FOLDER");
     add_selection(*command, fit);
     add_int(*command, "--factor", fit.factor, 2, 1024, "pyramid reduction factor (default: 2)");
-    add_choice<EstimatorChoice>(
-        *command, "--estimator", fit.estimator,
-        {{"auto", EstimatorChoice::automatic},
-         {"ls", EstimatorChoice::least_squares},
-         {"ml", EstimatorChoice::maximum_likelihood}},
-        "least squares, exact maximum likelihood, or the first where it is valid (default: auto)");
-    add_choice<NoiseForm>(*command, "--noise", fit.noise,
-                          {{"full", NoiseForm::full}, {"diagonal", NoiseForm::diagonal}},
-                          "form of the noise covariance (default: full)");
-    add_choice<GainMode>(*command, "--gains", fit.gains,
-                         {{"match", GainMode::match}, {"none", GainMode::none}},
-                         "level gains that restore the picture's covariances (default: match)");
-    add_choice<MarginalMode>(
-        *command, "--marginals", fit.marginals,
-        {{"match", MarginalMode::match}, {"none", MarginalMode::none}},
-        "keep the picture's histograms, or model its values as they are (default: match)");
+    add_choice(*command, "--estimator", fit.estimator,
+               "least squares, exact maximum likelihood, or the first where it is valid (default: auto)");
+    add_choice(*command, "--noise", fit.noise, "form of the noise covariance (default: full)");
+    add_choice(*command, "--gains", fit.gains,
+               "level gains that restore the picture's covariances (default: match)");
+    add_choice(*command, "--marginals", fit.marginals,
+               "keep the picture's histograms, or model its values as they are (default: match)");
     add_positive(*command, "--threshold", fit.moving_average.threshold,
                  "ma: pixels this many standard deviations above the mean are significant (default: 0.5)");
-    add_choice<SignificanceRule>(
-        *command, "--significance", fit.moving_average.rule,
-        {{"p4", SignificanceRule::p4}, {"p1", SignificanceRule::p1}},
-        "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)");
+    add_choice(*command, "--significance", fit.moving_average.rule,
+               "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)");
     add_crop(*command, "--crop", options->crop, "fit this rectangle of the picture only");
     add_device(*command, options->device);
     add_json(*command, options->json);

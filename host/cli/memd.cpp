@@ -14,6 +14,7 @@
 #include "host/cli/error_map.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/criteria/metric_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -104,9 +105,7 @@ void add_memd(CLI::App& app, Action& action) {
     command->add_option("B", options->b, "picture whose pixels are taken; its size may differ")
         ->required()
         ->type_name("");
-    add_choice(*command, "--metric", options->metric,
-               {{"max", Metric::max}, {"l1", Metric::l1}, {"l2", Metric::l2}},
-               "distance of two colours (default: max)");
+    add_choice(*command, "--metric", options->metric, "distance of two colours (default: max)");
     add_white(*command, options->white);
     command->add_flag("--both", options->both, "also with A and B exchanged: the measure is not symmetric");
     command

@@ -4,6 +4,9 @@
 #include <limits>
 #include <vector>
 
+#include "btfield/fit.hpp"
+#include "host/base/text.hpp"
+
 namespace btfield::cli {
 namespace {
 
@@ -56,7 +59,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
     object["colour_space"] = name(model.space);
     object["factor"] = model.factor;
     object["noise"] = name(model.noise);
-    object["marginals"] = model.marginals.empty() ? "none" : "match";
+    object["marginals"] = name(model.marginals.empty() ? MarginalMode::none : MarginalMode::match);
     object["valid"] = is_valid(model);
     object["levels"] = std::move(levels);
     if (!model.provenance.reasons.empty()) object["reasons"] = model.provenance.reasons;
@@ -67,7 +70,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
 }
 
 std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
-    std::string text = model.provenance.source + ": " + size_text(model.size) + " pixels, " +
+    std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
                        std::to_string(model.planes) + (model.planes == 1 ? " plane" : " planes") + " of " +
                        std::string(name(model.provenance.type));
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
@@ -83,7 +86,7 @@ std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
     for (std::size_t k = 0; k < model.levels.size(); ++k) {
         const LevelModel& level = model.levels[k];
         const LinearField& field = linear_field(level.models.front());
-        rows.push_back({std::to_string(k), size_text(level.size), std::to_string(field.offsets.size()),
+        rows.push_back({std::to_string(k), detail::text_of(level.size), std::to_string(field.offsets.size()),
                         std::string(name(field.kind)), std::string(name(level.estimator)),
                         number_text(level.gain), level.certificate.valid ? "valid" : "FAILS",
                         number_text(level.certificate.min_singular), std::to_string(level.certificate.zeros),

@@ -7,10 +7,9 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "btfield/image_io.hpp"
+#include "host/base/names.hpp"
 
 namespace btfield::cli {
 
@@ -49,23 +48,14 @@ CLI::Option* add_white(CLI::App& app, std::optional<double>& white);
 CLI::Option* add_device(CLI::App& app, std::string& spec);
 CLI::Option* add_json(CLI::App& app, bool& json);
 
-/// One of a few words.
+/// One of the enumeration's words.
 template <typename Value>
-CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
-                        const std::vector<std::pair<std::string, Value>>& choices, const std::string& help) {
-    std::string words, separator;
-    for (const auto& choice : choices) {
-        words += separator + choice.first;
-        separator = "|";
-    }
-    const auto read = [name, &value, choices, words](const std::string& text) {
-        for (const auto& choice : choices) {
-            if (choice.first == text) {
-                value = choice.second;
-                return;
-            }
-        }
-        throw CLI::ValidationError(name, "'" + text + "' is none of " + words);
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value, const std::string& help) {
+    const std::string words = detail::words_of<Value>("|");
+    const auto read = [name, &value, words](const std::string& text) {
+        const auto found = detail::find_value<Value>(text);
+        if (!found) throw CLI::ValidationError(name, "'" + text + "' is none of " + words);
+        value = *found;
     };
     return app.add_option_function<std::string>(name, read, help)->type_name(words);
 }

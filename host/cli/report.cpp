@@ -50,10 +50,6 @@ Json size_json(Size size) {
     return Json::array({size.width, size.height});
 }
 
-std::string size_text(Size size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
 std::string number_text(double value) {
     return std::isfinite(value) ? formatted("%.4g", value) : "-";
 }

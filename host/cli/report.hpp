@@ -32,8 +32,6 @@ void warn(const std::string& text);
 [[nodiscard]] Json number(double value);
 /// [width, height].
 [[nodiscard]] Json size_json(Size size);
-/// "512 x 256", width first.
-[[nodiscard]] std::string size_text(Size size);
 /// Four significant digits; "-" for what is not a number.
 [[nodiscard]] std::string number_text(double value);
 [[nodiscard]] std::string seconds_text(double seconds);

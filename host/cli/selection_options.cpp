@@ -1,11 +1,13 @@
 #include "host/cli/selection_options.hpp"
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
+#include "host/analysis/neighbourhood_names.hpp"
 #include "host/cli/options.hpp"
+#include "host/model/model_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -31,21 +33,15 @@ void add_int_or_auto(CLI::App& command, const std::string& name, int highest, in
 }
 
 void add_model(CLI::App& command, FitOptions& fit) {
-    std::string words;
-    for (const ModelKind kind : model_kinds()) words += std::string(name(kind)) + "|";
-    words += "auto";
+    const std::string words = detail::words_of<ModelKind>("|") + "|auto";
     const auto read = [&fit, words](const std::string& text) {
         if (text == "auto") {
             fit.choose_model = true;
             return;
         }
-        for (const ModelKind kind : model_kinds()) {
-            if (name(kind) == text) {
-                fit.model = kind;
-                return;
-            }
-        }
-        throw CLI::ValidationError("--model", "'" + text + "' is none of " + words);
+        const auto kind = detail::find_value<ModelKind>(text);
+        if (!kind) throw CLI::ValidationError("--model", "'" + text + "' is none of " + words);
+        fit.model = *kind;
     };
     command
         .add_option_function<std::string>("--model", read,
@@ -55,13 +51,13 @@ void add_model(CLI::App& command, FitOptions& fit) {
 }
 
 void add_neighbourhood(CLI::App& command, FitOptions& fit) {
-    const std::vector<std::pair<std::string, NeighbourhoodKind>> kinds{
-        {"causal", NeighbourhoodKind::causal},
-        {"unilateral", NeighbourhoodKind::unilateral},
-        {"symmetric", NeighbourhoodKind::symmetric},
-        {"half", NeighbourhoodKind::half}};
-    const std::string words = "causal|unilateral|symmetric|half|correlated:N";
-    const auto read = [&fit, kinds, words](const std::string& text) {
+    // Those that an order can have.
+    static constexpr std::array kinds{NeighbourhoodKind::causal, NeighbourhoodKind::unilateral,
+                                      NeighbourhoodKind::symmetric, NeighbourhoodKind::half};
+    std::string words;
+    for (const NeighbourhoodKind kind : kinds) words += std::string(name(kind)) + "|";
+    words += "correlated:N";
+    const auto read = [&fit, words](const std::string& text) {
         if (text.rfind(correlated, 0) == 0) {
             constexpr std::uint64_t most = 44;  // offsets of order 8
             const auto number = parse_number(text.substr(correlated.size()), 1, most);
@@ -73,13 +69,10 @@ void add_neighbourhood(CLI::App& command, FitOptions& fit) {
             fit.correlated = static_cast<int>(*number);
             return;
         }
-        for (const auto& [word, kind] : kinds) {
-            if (word == text) {
-                fit.neighbourhood = kind;
-                return;
-            }
-        }
-        throw CLI::ValidationError("--neighbourhood", "'" + text + "' is none of " + words);
+        const auto kind = detail::find_value<NeighbourhoodKind>(text);
+        if (!kind || std::ranges::find(kinds, *kind) == kinds.end())
+            throw CLI::ValidationError("--neighbourhood", "'" + text + "' is none of " + words);
+        fit.neighbourhood = *kind;
     };
     command
         .add_option_function<std::string>(

@@ -13,9 +13,11 @@
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
 #include "btfield/synthesis.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/synthesis/synthesis_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -137,7 +139,7 @@ std::string tiling_text(const Job& job, SynthesisMethod method) {
     if (method == SynthesisMethod::raster)
         return "It does not tile: a raster recursion has borders (--method torus has none).";
     std::string text = "It does not tile: ";
-    text += size_text(job.size) + " is cut out of " + size_text(job.lattice);
+    text += detail::text_of(job.size) + " is cut out of " + detail::text_of(job.lattice);
     text += ", which would tile";
     if (job.model.levels.size() > 1) {
         text += " (sides that tile are multiples of " + std::to_string(job.model.factor) + "^" +
@@ -170,7 +172,7 @@ std::string job_text(const Job& job, SynthesisMethod method, const Device& devic
     std::string text = "wrote " + job.outputs.front().string();
     if (count > 1)
         text += " to " + job.outputs.back().filename().string() + ", " + std::to_string(count) + " textures";
-    text += ": " + size_text(job.size) + " pixels, " + std::to_string(job.model.planes) +
+    text += ": " + detail::text_of(job.size) + " pixels, " + std::to_string(job.model.planes) +
             (job.model.planes == 1 ? " plane" : " planes") + ", seed " + std::to_string(job.seeds.front());
     if (count > 1) text += " to " + std::to_string(job.seeds.back());
     text += ", on " + device.info().name + "\n" + tiling_text(job, method) + "\n";
@@ -258,13 +260,11 @@ void add_synth(CLI::App& app, Action& action) {
     add_uint64(*command, "--seed", options->seed, "which texture (default: 0)");
     add_int(*command, "--count", options->count, 1, 1000000,
             "this many textures, of seeds N, N + 1, ...; a zero-padded number goes before the extension");
-    add_choice<SynthesisMethod>(
+    add_choice(
         *command, "--method", options->synthesis.method,
-        {{"torus", SynthesisMethod::torus}, {"raster", SynthesisMethod::raster}},
         "solve in frequency, or run car models pixel after pixel, which does not tile (default: torus)");
-    add_choice<NoiseDomain>(
+    add_choice(
         *command, "--noise-domain", options->synthesis.noise_domain,
-        {{"frequency", NoiseDomain::frequency}, {"spatial", NoiseDomain::spatial}},
         "where the white noise is drawn: spatial costs one more transform, or none of ma models with small "
         "supports; raster is always spatial (default: frequency)");
     command->add_flag("--allow-invalid", options->synthesis.allow_invalid,

@@ -11,6 +11,7 @@
 #include "host/cl/device_impl.hpp"
 #include "host/criteria/colour_tree.hpp"
 #include "host/criteria/memd_search.hpp"
+#include "host/criteria/metric_names.hpp"
 
 namespace btfield {
 
@@ -64,21 +65,11 @@ double local_error(ColourKey key, Metric metric) {
 }  // namespace
 
 std::string_view name(Metric metric) {
-    switch (metric) {
-        case Metric::max:
-            return "max";
-        case Metric::l1:
-            return "l1";
-        default:
-            return "l2";
-    }
+    return word_of(metric);
 }
 
 Metric metric(std::string_view text) {
-    for (const Metric candidate : {Metric::max, Metric::l1, Metric::l2})
-        if (text == name(candidate)) return candidate;
-    throw InputError("use metric '" + std::string(text) + "'", "there is no such metric",
-                     "use max, l1 or l2");
+    return value_of<Metric>(text);
 }
 
 double memd_max(Metric metric, int planes) {

@@ -10,7 +10,10 @@
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/base/strict_json.hpp"
+#include "host/criteria/metric_names.hpp"
 #include "host/experiment/config_text.hpp"
+#include "host/fit/fit_names.hpp"
+#include "host/model/model_names.hpp"
 
 namespace btfield {
 
@@ -82,15 +85,13 @@ class Entry {
         }
         return value_.get<double>();
     }
-    /// One of the values, by name.
+    /// A value by its word.
     template <class Value>
-    [[nodiscard]] Value one_of(const std::vector<Value>& values) const {
-        std::string list;
-        for (const Value& value : values) {
-            if (is_text(name(value))) return value;
-            list += (list.empty() ? "" : ", ") + std::string(name(value));
+    [[nodiscard]] Value one_of() const {
+        for (const auto& [value, word] : names_of<Value>()) {
+            if (is_text(word)) return value;
         }
-        fail("is " + printable(value_.dump()) + ", none of " + list);
+        fail("is " + printable(value_.dump()) + ", none of " + words_of<Value>());
     }
     /// A list without repetitions.
     template <class Read>
@@ -148,17 +149,6 @@ ExperimentPictures pictures_of(const Entry& entry) {
     return pictures;
 }
 
-std::vector<ModelKind> all_models() {
-    const auto kinds = model_kinds();
-    return {kinds.begin(), kinds.end()};
-}
-
-const std::vector<EstimatorChoice>& all_estimators() {
-    static const std::vector<EstimatorChoice> all{EstimatorChoice::automatic, EstimatorChoice::least_squares,
-                                                  EstimatorChoice::maximum_likelihood};
-    return all;
-}
-
 }  // namespace
 
 ExperimentConfig read_experiment(const fs::path& path) {
@@ -170,7 +160,7 @@ ExperimentConfig read_experiment(const fs::path& path) {
 }
 
 ExperimentConfig detail::experiment_from_text(const std::string& text, const fs::path& folder,
-                                      const std::string& asked) {
+                                              const std::string& asked) {
     ExperimentConfig config;
     config.text = text;
     config.folder = folder;
@@ -182,20 +172,19 @@ ExperimentConfig detail::experiment_from_text(const std::string& text, const fs:
     if (root.holds("name")) config.name = root["name"].text();
     for (const Entry& entry : root["pictures"].items()) config.pictures.push_back(pictures_of(entry));
     if (root.holds("models") && root["models"].is_text("all")) {
-        config.models = all_models();
+        config.models.assign(model_kinds().begin(), model_kinds().end());
     } else {
-        config.models = root["models"].list([](const Entry& model) { return model.one_of(all_models()); });
+        config.models = root["models"].list([](const Entry& model) { return model.one_of<ModelKind>(); });
     }
     config.orders = root["orders"].list([](const Entry& order) { return order.integer(1, max_order); });
     config.levels = root["levels"].list([](const Entry& levels) { return levels.integer(0, 30); });
     if (root.holds("estimators")) {
         config.estimators =
-            root["estimators"].list([](const Entry& choice) { return choice.one_of(all_estimators()); });
+            root["estimators"].list([](const Entry& choice) { return choice.one_of<EstimatorChoice>(); });
     }
     if (root.holds("marginals")) {
-        config.marginals = root["marginals"].list([](const Entry& mode) {
-            return mode.one_of<MarginalMode>({MarginalMode::match, MarginalMode::none});
-        });
+        config.marginals =
+            root["marginals"].list([](const Entry& mode) { return mode.one_of<MarginalMode>(); });
     }
     if (root.holds("seeds")) {
         // SQLite's integers have a sign.
@@ -203,11 +192,9 @@ ExperimentConfig detail::experiment_from_text(const std::string& text, const fs:
         config.seeds = root["seeds"].list([](const Entry& seed) { return seed.whole(0, most); });
     }
     if (root.holds("factor")) config.factor = root["factor"].integer(2, 1024);
-    if (root.holds("noise"))
-        config.noise = root["noise"].one_of<NoiseForm>({NoiseForm::full, NoiseForm::diagonal});
-    if (root.holds("gains")) config.gains = root["gains"].one_of<GainMode>({GainMode::match, GainMode::none});
-    if (root.holds("metric"))
-        config.metric = root["metric"].one_of<Metric>({Metric::max, Metric::l1, Metric::l2});
+    if (root.holds("noise")) config.noise = root["noise"].one_of<NoiseForm>();
+    if (root.holds("gains")) config.gains = root["gains"].one_of<GainMode>();
+    if (root.holds("metric")) config.metric = root["metric"].one_of<Metric>();
     if (root.holds("size")) {
         const std::vector<Entry> sides = root["size"].items();
         constexpr int most = std::numeric_limits<int>::max();

@@ -9,6 +9,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/parallel.hpp"
+#include "host/experiment/experiment_names.hpp"
 #include "host/experiment/sha256.hpp"
 
 namespace btfield::detail {
@@ -19,8 +20,8 @@ using nlohmann::json;
 
 /// CAR models are estimated by least squares, moving averages by random decrement, whatever is asked.
 bool has_one_estimator(ModelKind kind) {
-    const std::string_view text = name(kind);
-    return text.ends_with("-car") || text.ends_with("-ma");
+    const Family family_ = family(kind);
+    return family_ == Family::car || family_ == Family::ma;
 }
 
 [[noreturn]] void fail(const std::string& pattern, const std::string& found, const std::string& remedy) {
@@ -61,21 +62,11 @@ bool same_fit(const JobSettings& a, const JobSettings& b) {
 }
 
 std::string_view name(JobStatus status) {
-    switch (status) {
-        case JobStatus::done:
-            return "done";
-        case JobStatus::refused:
-            return "refused";
-        case JobStatus::failed:
-            break;
-    }
-    return "failed";
+    return word_of(status);
 }
 
 JobStatus job_status(std::string_view text) {
-    for (const JobStatus status : {JobStatus::done, JobStatus::refused, JobStatus::failed}) {
-        if (name(status) == text) return status;
-    }
+    if (const auto status = find_value<JobStatus>(text)) return *status;
     throw InputError("read the status of a job", "'" + std::string(text) + "' is none",
                      "use a database that btfield wrote");
 }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "btfield/error.hpp"
+#include "host/fit/fit_names.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -20,13 +21,6 @@ void read_optional(const json& value, std::optional<Value>& target) {
     if (!value.is_null()) target = value.get<Value>();
 }
 
-EstimatorChoice estimator_choice(std::string_view text) {
-    for (const auto choice : {EstimatorChoice::least_squares, EstimatorChoice::maximum_likelihood}) {
-        if (name(choice) == text) return choice;
-    }
-    return EstimatorChoice::automatic;
-}
-
 json settings_json(const JobSettings& s) {
     return json::array({name(s.model), s.order, s.levels, name(s.estimator), name(s.marginals), s.seed});
 }
@@ -36,8 +30,8 @@ JobSettings settings_of(const json& value) {
     s.model = model_kind(value.at(0).get<std::string>());
     s.order = value.at(1).get<int>();
     s.levels = value.at(2).get<int>();
-    s.estimator = estimator_choice(value.at(3).get<std::string>());
-    s.marginals = value.at(4) == name(MarginalMode::match) ? MarginalMode::match : MarginalMode::none;
+    s.estimator = value_of<EstimatorChoice>(value.at(3).get<std::string>());
+    s.marginals = value_of<MarginalMode>(value.at(4).get<std::string>());
     s.seed = value.at(5).get<std::uint64_t>();
     return s;
 }

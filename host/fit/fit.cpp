@@ -16,8 +16,10 @@
 #include "host/analysis/lag_products.hpp"
 #include "host/analysis/marginal_moments.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/fit/analysed_picture.hpp"
 #include "host/fit/correlated_support.hpp"
+#include "host/fit/fit_names.hpp"
 #include "host/fit/level_fit.hpp"
 #include "host/fit/level_gains.hpp"
 #include "host/fit/selection.hpp"
@@ -50,10 +52,6 @@ class Stopwatch {
     const std::function<void(std::string_view, double)>& report_;
     Clock::time_point start_;
 };
-
-std::string text_of(Size size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
 
 /// Rows × columns that the support spans, the centre included.
 Size extent(const std::vector<Offset>& offsets) {
@@ -186,23 +184,15 @@ void set_whitening(TextureModel& model, const std::vector<LagCovariance>& fields
 }  // namespace
 
 std::string_view name(GainMode mode) {
-    return mode == GainMode::match ? "match" : "none";
+    return word_of(mode);
 }
 
 std::string_view name(MarginalMode mode) {
-    return mode == MarginalMode::match ? "match" : "none";
+    return word_of(mode);
 }
 
 std::string_view name(EstimatorChoice choice) {
-    switch (choice) {
-        case EstimatorChoice::automatic:
-            return "auto";
-        case EstimatorChoice::least_squares:
-            return "ls";
-        case EstimatorChoice::maximum_likelihood:
-            break;
-    }
-    return "ml";
+    return word_of(choice);
 }
 
 int default_levels(Size size, int factor) {
@@ -218,9 +208,13 @@ int default_levels(Size size, int factor) {
 
 class [[gnu::visibility("hidden")]] Analysis::Impl {
   public:
-    Impl(Device& device, Image image) : device_(&device), image_(std::move(image)) { check_finite(image_); }
+    Impl(Device & device, Image image) : device_(&device), image_(std::move(image)) {
+        check_finite(image_);
+    }
 
-    [[nodiscard]] const Image& image() const { return image_; }
+    [[nodiscard]] const Image& image() const {
+        return image_;
+    }
 
     /// Settles what the options leave to be chosen, then fits.
     /// \param box lags that other fits to come will ask for
@@ -298,7 +292,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         return pictures_.try_emplace(kind, *device_, device_mutex_, std::move(eigenplanes)).first->second;
     }
 
-    TextureModel fit_levels(AnalysedPicture& planes, AnalysedPlanes kind, const FitOptions& options,
+    TextureModel fit_levels(AnalysedPicture & planes, AnalysedPlanes kind, const FitOptions& options,
                             const Support& support, Offset box, int count, FitDepth depth, Stopwatch& watch) {
         TextureModel model;
         model.kind = options.model;

@@ -10,6 +10,7 @@
 #include "btfield/fit.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/base/eigen.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield {
 
@@ -233,8 +234,7 @@ CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind, const s
     for (const Offset s : offsets) {
         if (!(s < Offset{})) {
             throw InputError("CAR fit",
-                             "the offset (" + std::to_string(s.row) + ", " + std::to_string(s.column) +
-                                 ") does not precede the centre in raster order",
+                             "the offset " + text_of(s) + " does not precede the centre in raster order",
                              "use a causal or unilateral neighbourhood, or a 3d-msar model");
         }
     }

@@ -7,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/base/eigen.hpp"
+#include "host/base/text.hpp"
 #include "host/fit/least_squares.hpp"
 
 namespace btfield::detail {
@@ -31,9 +32,7 @@ std::vector<OffsetPair> pairs_of(const std::vector<Offset>& offsets, const std::
     for (size_t s = 0; s < offsets.size(); ++s) {
         const auto found = std::find(offsets.begin(), offsets.end(), -offsets[s]);
         if (found == offsets.end()) {
-            throw InputError(asked,
-                             "the support has (" + std::to_string(offsets[s].row) + ", " +
-                                 std::to_string(offsets[s].column) + ") but not its opposite",
+            throw InputError(asked, "the support has " + text_of(offsets[s]) + " but not its opposite",
                              "use a symmetric neighbourhood for Markov random fields");
         }
         if (offsets[s] > Offset{})

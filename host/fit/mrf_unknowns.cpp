@@ -7,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/base/lane_inverse.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -15,10 +16,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
-
-std::string text_of(Offset s) {
-    return "(" + std::to_string(s.row) + ", " + std::to_string(s.column) + ")";
-}
 
 Index triangle(int i, int j) {
     return Index{i} * (i + 1) / 2 + j;

@@ -12,6 +12,7 @@
 #include "host/analysis/lag_matrices.hpp"
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/fit/least_squares.hpp"
 
 namespace btfield::detail {
@@ -28,8 +29,7 @@ int wrapped(int value, int side) {
 }
 
 std::string describe(const Image& level) {
-    return "random decrement of a level of " + std::to_string(level.width()) + " x " +
-           std::to_string(level.height());
+    return "random decrement of a level of " + text_of(level.size());
 }
 
 /// Sums over the significant pixels of some rows.

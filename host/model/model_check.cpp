@@ -10,8 +10,12 @@
 
 #include "btfield/error.hpp"
 #include "btfield/models.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 [[noreturn]] void refuse(const std::string& found, const std::string& remedy = "fit the model again") {
@@ -20,14 +24,6 @@ namespace {
 
 /// Offsets and their differences must stay far from the ends of int, and phases exact in double.
 constexpr int largest_offset = 32767;
-
-std::string text_of(Offset s) {
-    return "(" + std::to_string(s.row) + ", " + std::to_string(s.column) + ")";
-}
-
-std::string text_of(Size s) {
-    return std::to_string(s.width) + " x " + std::to_string(s.height);
-}
 
 int ceil_divided(int value, int divisor) {
     return value / divisor + (value % divisor != 0 ? 1 : 0);

@@ -15,8 +15,11 @@
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/analysis/neighbourhood_names.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/strict_json.hpp"
+#include "host/model/model_names.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield {
 
@@ -266,15 +269,12 @@ class Object {
         return list(member(key), path(key), context_, read);
     }
     /// Value of the key, a text that the library has a name for.
-    template <typename Find>
-    auto get_name(const std::string& key, Find find) {
+    template <typename Enum>
+    Enum get_name(const std::string& key) {
         const std::string given = get(key, text);
-        try {
-            return find(given);
-        } catch (const InputError&) {
-            fail(context_, path(key) + " '" + printable(given) + "' is not known",
-                 context_.newer_minor ? newer_remedy : file_remedy);
-        }
+        if (const auto value = find_value<Enum>(given)) return *value;
+        fail(context_, path(key) + " '" + printable(given) + "' is not known",
+             context_.newer_minor ? newer_remedy : file_remedy);
     }
     const json& member(const std::string& key) {
         asked_for_.insert(key);
@@ -335,7 +335,7 @@ Model read_part(const json& value, const std::string& where, ModelKind kind, int
     Object object(value, where, context);
     LinearField field;
     field.planes = planes;
-    field.kind = object.get_name("neighbourhood", neighbourhood_kind);
+    field.kind = object.get_name<NeighbourhoodKind>("neighbourhood");
     field.offsets = object.get_list("offsets", offset);
     field.coefficients = object.get_list("coefficients", real);
     if (object.has("active")) {
@@ -358,7 +358,7 @@ LevelModel read_level(const json& value, const std::string& where, ModelKind kin
         return read_part(part, place, kind, is_2d(kind) ? 1 : planes, context);
     });
     level.gain = object.get("gain", real);
-    level.estimator = object.get_name("estimator", estimator);
+    level.estimator = object.get_name<Estimator>("estimator");
     level.iterations = object.get("iterations", integer);
     level.log_likelihood = object.get("log_likelihood", real_or_null);
     level.certificate = object.get("certificate", read_certificate);
@@ -400,7 +400,7 @@ Provenance read_provenance(const json& value, const std::string& where, const Co
     Object object(value, where, context);
     Provenance provenance;
     provenance.source = object.get("source", text);
-    provenance.type = object.get_name("type", pixel_type);
+    provenance.type = object.get_name<PixelType>("type");
     provenance.picture_bytes = object.get("picture_bytes", natural);
     provenance.software = object.get("software", text);
     provenance.reasons = object.get_list("reasons", text);
@@ -412,12 +412,12 @@ TextureModel model_from(const json& value, Context context) {
     Object object(value, "", context);
     read_version(object, context);
     TextureModel model;
-    model.kind = object.get_name("model", model_kind);
+    model.kind = object.get_name<ModelKind>("model");
     model.size = object.get("size", size);
     model.planes = object.get("planes", integer);
-    model.space = object.get_name("colour_space", colour_space);
+    model.space = object.get_name<ColourSpace>("colour_space");
     model.factor = object.get("factor", integer);
-    model.noise = object.get_name("noise", noise_form);
+    model.noise = object.get_name<NoiseForm>("noise");
     model.mean = object.get_list("mean", real);
     read_station(object, "basis", context, [&](const json& value_, const std::string& where) {
         model.basis = read_basis(value_, where, model, context);

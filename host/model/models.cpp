@@ -1,75 +1,44 @@
 #include "btfield/models.hpp"
 
-#include <array>
 #include <cstddef>
 #include <string>
 #include <utility>
 
-#include "btfield/error.hpp"
+#include "host/model/model_names.hpp"
 
 namespace btfield {
-namespace {
 
-template <typename Enum, std::size_t N>
-using Names = std::array<std::pair<Enum, std::string_view>, N>;
-
-constexpr Names<ModelKind, 10> kind_names{{{ModelKind::car2d, "2d-car"},
-                                           {ModelKind::car3d, "3d-car"},
-                                           {ModelKind::ma2d, "2d-ma"},
-                                           {ModelKind::ma3d, "3d-ma"},
-                                           {ModelKind::msar2d, "2d-msar"},
-                                           {ModelKind::msar3d, "3d-msar"},
-                                           {ModelKind::mmrf2d, "2d-mmrf"},
-                                           {ModelKind::mmrf3d, "3d-mmrf"},
-                                           {ModelKind::pmrf2d, "2d-pmrf"},
-                                           {ModelKind::pmrf3d, "3d-pmrf"}}};
-constexpr Names<Estimator, 3> estimators{{{Estimator::least_squares, "ls"},
-                                          {Estimator::maximum_likelihood, "ml"},
-                                          {Estimator::random_decrement, "rd"}}};
-constexpr Names<NoiseForm, 2> noise_forms{{{NoiseForm::full, "full"}, {NoiseForm::diagonal, "diagonal"}}};
-
-template <typename Enum, std::size_t N>
-std::string_view name_in(const Names<Enum, N>& names, Enum value, const char* what) {
-    for (const auto& [candidate, text] : names) {
-        if (candidate == value) return text;
-    }
-    throw InputError(std::string("name a ") + what, "there is none of this value",
-                     "use one of the declared values");
-}
-
-template <typename Enum, std::size_t N>
-Enum value_in(const Names<Enum, N>& names, std::string_view text, const char* what) {
-    std::string known;
-    for (const auto& [value, candidate] : names) {
-        if (candidate == text) return value;
-        known += known.empty() ? "" : ", ";
-        known += candidate;
-    }
-    throw InputError(std::string("find the ") + what + " '" + std::string(text) + "'", "it is not known",
-                     "use " + known);
-}
-
-}  // namespace
+using namespace detail;
 
 std::string_view name(ModelKind kind) {
-    return name_in(kind_names, kind, "model");
+    return word_of(kind);
 }
 
 ModelKind model_kind(std::string_view name) {
-    return value_in(kind_names, name, "model");
+    return value_of<ModelKind>(name);
 }
 
 std::span<const ModelKind> model_kinds() {
-    static constexpr auto kinds = [] {
-        std::array<ModelKind, kind_names.size()> list{};
-        for (std::size_t i = 0; i < list.size(); ++i) list[i] = kind_names[i].first;
-        return list;
-    }();
+    static constexpr auto kinds = values_of<ModelKind>();
     return kinds;
 }
 
 bool is_2d(ModelKind kind) {
-    return name(kind).front() == '2';
+    switch (kind) {
+        case ModelKind::car2d:
+        case ModelKind::ma2d:
+        case ModelKind::msar2d:
+        case ModelKind::mmrf2d:
+        case ModelKind::pmrf2d:
+            return true;
+        case ModelKind::car3d:
+        case ModelKind::ma3d:
+        case ModelKind::msar3d:
+        case ModelKind::mmrf3d:
+        case ModelKind::pmrf3d:
+            break;
+    }
+    return false;
 }
 
 Family family(ModelKind kind) {
@@ -110,19 +79,19 @@ Model model_of(Family family, LinearField field) {
 }
 
 std::string_view name(Estimator estimator) {
-    return name_in(estimators, estimator, "estimator");
+    return word_of(estimator);
 }
 
 Estimator estimator(std::string_view name) {
-    return value_in(estimators, name, "estimator");
+    return value_of<Estimator>(name);
 }
 
 std::string_view name(NoiseForm form) {
-    return name_in(noise_forms, form, "noise form");
+    return word_of(form);
 }
 
 NoiseForm noise_form(std::string_view name) {
-    return value_in(noise_forms, name, "noise form");
+    return value_of<NoiseForm>(name);
 }
 
 const LinearField& linear_field(const Model& model) {

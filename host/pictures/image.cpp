@@ -3,26 +3,21 @@
 #include <sys/mman.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <new>
 #include <string>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield {
 namespace {
 
-constexpr std::array<std::string_view, 4> space_names{"unspecified", "srgb", "linear", "xyz"};
-
-std::string text(Size s) {
-    return std::to_string(s.width) + "x" + std::to_string(s.height);
-}
-
 /// height · width · planes; checked factor by factor, so that no product wraps.
 std::size_t checked_values(Size size, int planes) {
-    const std::string asked =
-        "make a picture of " + text(size) + " pixels and " + std::to_string(planes) + " planes";
+    const std::string asked = "make a picture of " + detail::compact_text_of(size) + " pixels and " +
+                              std::to_string(planes) + " planes";
     if (size.height < 1 || size.width < 1) {
         throw InputError(asked, "a side is less than 1", "give a positive width and height");
     }
@@ -62,16 +57,13 @@ void PictureAllocator<Value>::deallocate(Value* values, std::size_t count) noexc
 template struct PictureAllocator<float>;
 
 std::string_view name(ColourSpace space) {
-    return space_names.at(static_cast<std::size_t>(space));
+    return detail::word_of(space);
 }
 
 ColourSpace colour_space(std::string_view name) {
-    const auto* const found = std::find(space_names.begin(), space_names.end(), name);
-    if (found == space_names.end()) {
-        throw InputError("find a colour space", "'" + std::string(name) + "' is not known",
-                         "use unspecified, srgb, linear or xyz");
-    }
-    return static_cast<ColourSpace>(found - space_names.begin());
+    if (const auto space = detail::find_value<ColourSpace>(name)) return *space;
+    throw InputError("find a colour space", "'" + std::string(name) + "' is not known",
+                     "use " + detail::words_of<ColourSpace>(", ", " or "));
 }
 
 Image::Image(Size size, int planes, ColourSpace space)
@@ -83,9 +75,9 @@ Image Image::crop(int row, int column, Size size) const {
                         column < size_.width && size.height <= size_.height - row &&
                         size.width <= size_.width - column;
     if (!inside) {
-        throw InputError("crop " + text(size) + " pixels at column " + std::to_string(column) + ", row " +
-                             std::to_string(row),
-                         "the picture has " + text(size_) + " pixels",
+        throw InputError("crop " + detail::compact_text_of(size) + " pixels at column " +
+                             std::to_string(column) + ", row " + std::to_string(row),
+                         "the picture has " + detail::compact_text_of(size_) + " pixels",
                          "give a rectangle of at least one pixel inside the picture");
     }
     Image part(size, planes_, space_);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -120,8 +121,7 @@ Crop checked_crop(const std::optional<Crop>& crop, Size size, const std::string&
         throw InputError(asked,
                          "the crop " + std::to_string(crop->x) + "," + std::to_string(crop->y) + "," +
                              std::to_string(crop->width) + "," + std::to_string(crop->height) +
-                             " is empty or leaves the picture of " + std::to_string(size.width) + "x" +
-                             std::to_string(size.height) + " pixels",
+                             " is empty or leaves the picture of " + compact_text_of(size) + " pixels",
                          "give X,Y,W,H inside the picture");
     }
     return *crop;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pixel_values.hpp"
 
@@ -102,8 +103,7 @@ Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Cr
     if (row_bytes > pixels.size() / rows) {
         throw InputError(asked,
                          "it ends inside its pixel data: " + std::to_string(pixels.size()) + " bytes for " +
-                             std::to_string(samples.size.width) + "x" + std::to_string(samples.size.height) +
-                             " pixels",
+                             compact_text_of(samples.size) + " pixels",
                          use_a_complete_file);
     }
 

@@ -10,6 +10,7 @@
 #include "host/base/eigen.hpp"
 #include "host/base/lane_inverse.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/spectrum/half_grid.hpp"
 #include "host/spectrum/lag_transform.hpp"
 
@@ -244,8 +245,7 @@ void conjugate_pairs(const SpectralRow& row, RowMajor& values) {
 
 LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box) {
     if (torus.height < 1 || torus.width < 1) {
-        throw InputError("covariances of a model on a torus",
-                         std::to_string(torus.height) + " x " + std::to_string(torus.width) + " has no pixel",
+        throw InputError("covariances of a model on a torus", text_of(torus) + " has no pixel",
                          "use positive sides");
     }
     const int d = form.planes();

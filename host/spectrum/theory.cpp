@@ -9,6 +9,7 @@
 #include "host/analysis/expansion.hpp"
 #include "host/analysis/marginal_moments.hpp"
 #include "host/base/eigen.hpp"
+#include "host/base/text.hpp"
 #include "host/spectrum/spectral_density.hpp"
 #include "host/spectrum/theory.hpp"
 
@@ -34,8 +35,7 @@ std::vector<double> detail::modelled_covariance(const TextureModel& model, Size 
 
 std::vector<double> theoretical_covariance(const TextureModel& model, Size size,
                                            std::span<const Offset> lags) {
-    const std::string asked = "covariances of a texture of " + std::to_string(size.width) + " x " +
-                              std::to_string(size.height) + " pixels";
+    const std::string asked = "covariances of a texture of " + text_of(size) + " pixels";
     if (size.height < 1 || size.width < 1) throw InputError(asked, "it has no pixel", "use positive sides");
     if (model.levels.empty()) throw InputError(asked, "the model has no level", "fit it anew");
     std::vector<Offset> wanted(lags.begin(), lags.end());

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 #include "host/synthesis/independent_planes.hpp"
 #include "host/synthesis/spectral_factors.hpp"
 
@@ -26,8 +27,7 @@ void require_stable(const LinearField& field) {
     for (const Offset s : field.offsets) {
         if (std::max({-s.row, s.column, -s.column}) > longest_offset)
             throw InputError("raster recursion of a causal model",
-                             "the offset (" + std::to_string(s.row) + ", " + std::to_string(s.column) +
-                                 ") is longer than " + std::to_string(longest_offset),
+                             "the offset " + text_of(s) + " is longer than " + std::to_string(longest_offset),
                              "use --method torus");
     }
 }

@@ -11,6 +11,7 @@
 #include "btfield/error.hpp"
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/synthesis/independent_planes.hpp"
 
 namespace btfield::detail {
@@ -32,8 +33,7 @@ void require_causal(const LinearField& field) {
     for (const Offset s : field.offsets) {
         if (!(s < Offset{}))
             throw InputError("raster recursion",
-                             "the offset (" + std::to_string(s.row) + ", " + std::to_string(s.column) +
-                                 ") does not precede the centre in raster order",
+                             "the offset " + text_of(s) + " does not precede the centre in raster order",
                              "use a causal or unilateral neighbourhood, or the torus method");
     }
 }

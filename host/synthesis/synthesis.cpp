@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/pyramid_stages.hpp"
+#include "host/base/text.hpp"
 #include "host/synthesis/causal_recursion.hpp"
 #include "host/synthesis/convolution.hpp"
 #include "host/synthesis/independent_planes.hpp"
@@ -60,7 +61,8 @@ void at_level(std::size_t level, Work work) {
 void check_request(const TextureModel& model, Size size, const SynthesisOptions& options) {
     check(model);
     if (size.height < 1 || size.width < 1)
-        throw InputError("synthesise " + text(size), "a side is smaller than 1", "give positive sides");
+        throw InputError("synthesise " + compact_text_of(size), "a side is smaller than 1",
+                         "give positive sides");
     if (options.method == SynthesisMethod::raster && family(model.kind) != Family::car)
         throw InputError("synthesise by raster recursion",
                          "this is a " + std::string(name(model.kind)) +
@@ -188,13 +190,13 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
             const auto tenths = static_cast<long long>(count / 1e8);
             return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " GB";
         };
-        throw DeviceError(
-            "synthesise " + text(layout_.size) + " with " + std::to_string(planes_) + " planes on device '" +
-                device_->info().name + "'",
-            "it takes " + gigabytes(bytes(layout_, 1)) + " where " + gigabytes(device_->memory_limit()) +
-                " may be used, at most " + gigabytes(static_cast<double>(device_->largest_allocation())) +
-                " in one piece",
-            "give a size up to about " + text({fitting, fitting}) + ", or a device with more memory");
+        throw DeviceError("synthesise " + compact_text_of(layout_.size) + " with " + std::to_string(planes_) +
+                              " planes on device '" + device_->info().name + "'",
+                          "it takes " + gigabytes(bytes(layout_, 1)) + " where " +
+                              gigabytes(device_->memory_limit()) + " may be used, at most " +
+                              gigabytes(static_cast<double>(device_->largest_allocation())) + " in one piece",
+                          "give a size up to about " + compact_size_text(fitting, fitting) +
+                              ", or a device with more memory");
     }
 
     /// What the level of this number adds to every pixel.

@@ -6,6 +6,7 @@
 #include "btfield/error.hpp"
 #include "btfield/pyramid.hpp"
 #include "host/analysis/pyramid_stages.hpp"
+#include "host/base/text.hpp"
 #include "host/cl/fft.hpp"
 
 namespace btfield::detail {
@@ -41,17 +42,13 @@ struct SpoiltByWrapping {
 
 }  // namespace
 
-std::string text(Size size) {
-    return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
 SynthesisLayout::SynthesisLayout(const TextureModel& model, Size wanted, std::vector<LevelRoute> level_routes,
                                  std::vector<RecursionMargins> level_margins)
     : size(wanted), routes(std::move(level_routes)), margins(std::move(level_margins)) {
     const int step = coarsest_step(model);
     if (step == 0 || size.height > largest_side || size.width > largest_side)
-        throw InputError("synthesise " + text(size), "sides are limited to " + std::to_string(largest_side),
-                         "give a smaller size");
+        throw InputError("synthesise " + compact_text_of(size),
+                         "sides are limited to " + std::to_string(largest_side), "give a smaller size");
     const bool recursive = routes.front() == LevelRoute::recursion;
     if (recursive) {
         const SpoiltByWrapping spoilt(model.factor, step);

@@ -49,6 +49,4 @@ class SynthesisLayout {
     [[nodiscard]] double domain(std::size_t level) const;
 };
 
-[[nodiscard]] std::string text(Size size);
-
 }  // namespace btfield::detail

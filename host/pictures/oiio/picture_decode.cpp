@@ -16,8 +16,10 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 #include "host/pictures/oiio/oiio_handle.hpp"
 #include "host/pictures/oiio/png_frame.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -26,10 +28,6 @@ constexpr const char* use_a_complete_file = "give a complete and undamaged file"
 
 // Enough rows for any codec's block (TIFF strips, EXR blocks of up to 256 lines) at little memory.
 constexpr int strip_rows = 256;
-
-std::string text_of(int width, int height) {
-    return std::to_string(width) + "x" + std::to_string(height);
-}
 
 PixelType type_of(const OIIO::ImageSpec& spec) {
     std::vector<OIIO::TypeDesc> types = spec.channelformats;
@@ -70,9 +68,8 @@ ColourSpace space_of(const OIIO::ImageSpec& spec, PictureFormat format, PixelTyp
     const std::string description = spec.get_string_attribute("ImageDescription");
     if (const auto at = description.find(space_mark); at != std::string::npos) {
         const std::string_view said = std::string_view(description).substr(at + space_mark.size());
-        for (const auto space :
-             {ColourSpace::unspecified, ColourSpace::srgb, ColourSpace::linear, ColourSpace::xyz}) {
-            if (said.starts_with(name(space))) return space;
+        for (const auto& [space, word] : names_of<ColourSpace>()) {
+            if (said.starts_with(word)) return space;
         }
     }
     if (is_xyz(spec)) return ColourSpace::xyz;
@@ -92,7 +89,7 @@ void check_header(const OIIO::ImageSpec& spec, PictureFormat format, std::uintma
         throw InputError(asked, spec.deep ? "it is a deep picture" : "it is a volume", "give a flat picture");
     }
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) {
-        throw InputError(asked, "its header says " + text_of(spec.width, spec.height) + " pixels",
+        throw InputError(asked, "its header says " + compact_size_text(spec.width, spec.height) + " pixels",
                          use_a_complete_file);
     }
     if (format == PictureFormat::tiff && spec.format.size() > 4) {
@@ -106,7 +103,7 @@ void check_header(const OIIO::ImageSpec& spec, PictureFormat format, std::uintma
                            static_cast<double>(spec.nchannels) * static_cast<double>(spec.format.size());
     if (!(claimed <= best_packing * static_cast<double>(file_bytes))) {
         throw InputError(asked,
-                         "its header says " + text_of(spec.width, spec.height) + " pixels, which " +
+                         "its header says " + compact_size_text(spec.width, spec.height) + " pixels, which " +
                              std::to_string(file_bytes) + " bytes cannot hold",
                          use_a_complete_file);
     }
@@ -226,7 +223,7 @@ Picture decode_picture(const std::filesystem::path& path, PictureFormat format,
         }
     } catch (const std::bad_alloc&) {
         throw InputError(asked,
-                         text_of(part.width, part.height) + " pixels of " + std::to_string(spec.nchannels) +
+                         compact_text_of(part) + " pixels of " + std::to_string(spec.nchannels) +
                              " channels do not fit in memory",
                          "crop the picture");
     }

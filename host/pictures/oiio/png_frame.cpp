@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -46,7 +47,7 @@ void check_header(std::string_view content, const std::string& asked) {
     const std::uint32_t height = word(content, 4);
     constexpr std::uint32_t most = 1000000;  // the decoder's own limit
     if (width < 1 || height < 1 || width > most || height > most) {
-        fail("its header says " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
+        fail("its header says " + compact_size_text(width, height) + " pixels");
     }
     const int depth = content[8];
     const int colour = content[9];

@@ -1,0 +1,41 @@
+#pragma once
+
+// Sizes and offsets as people read them. A size has a height and a width, an offset a row and a column,
+// whatever its type: this room knows neither Size nor Offset.
+
+#include <string>
+
+namespace btfield::detail {
+
+/// "320 x 256": width first, as everywhere where pictures are measured.
+template <typename Size>
+requires requires(const Size& size) {
+    size.width, size.height;
+}
+[[nodiscard]] std::string text_of(const Size& size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+/// "320x256", as --size takes it.
+template <typename Side>
+[[nodiscard]] std::string compact_size_text(Side width, Side height) {
+    return std::to_string(width) + "x" + std::to_string(height);
+}
+template <typename Size>
+requires requires(const Size& size) {
+    size.width, size.height;
+}
+[[nodiscard]] std::string compact_text_of(const Size& size) {
+    return compact_size_text(size.width, size.height);
+}
+
+/// "(row, column)"
+template <typename Offset>
+requires requires(const Offset& offset) {
+    offset.row, offset.column;
+}
+[[nodiscard]] std::string text_of(const Offset& offset) {
+    return "(" + std::to_string(offset.row) + ", " + std::to_string(offset.column) + ")";
+}
+
+}  // namespace btfield::detail

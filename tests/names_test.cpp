@@ -1,0 +1,109 @@
+// Words of all enumerations that have some.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "btfield/error.hpp"
+#include "host/analysis/neighbourhood_names.hpp"
+#include "host/cl/device_names.hpp"
+#include "host/criteria/metric_names.hpp"
+#include "host/experiment/experiment_names.hpp"
+#include "host/fit/fit_names.hpp"
+#include "host/model/model_names.hpp"
+#include "host/pictures/picture_names.hpp"
+#include "host/synthesis/synthesis_names.hpp"
+
+namespace btfield {
+
+using namespace detail;
+
+namespace {
+
+template <typename Enum>
+class EnumNames : public testing::Test {};
+
+using Enumerations = testing::Types<ColourSpace, PixelType, DeviceType, NeighbourhoodKind, ModelKind,
+                                    Estimator, NoiseForm, Metric, EstimatorChoice, GainMode, MarginalMode,
+                                    SignificanceRule, SynthesisMethod, NoiseDomain, JobStatus, TableFormat>;
+TYPED_TEST_SUITE(EnumNames, Enumerations);
+
+TYPED_TEST(EnumNames, ReadBack) {
+    std::set<std::string_view> words;
+    std::set<TypeParam> values;
+    for (const auto& [value, word] : names_of<TypeParam>()) {
+        EXPECT_EQ(word_of(value), word);
+        EXPECT_EQ(value_of<TypeParam>(word), value);
+        EXPECT_TRUE(words.insert(word).second) << word;
+        EXPECT_TRUE(values.insert(value).second) << word;
+        EXPECT_FALSE(word.empty());
+    }
+    // From the first to the last without a gap.
+    EXPECT_EQ(static_cast<int>(*values.begin()), 0);
+    EXPECT_EQ(static_cast<std::size_t>(*values.rbegin()) + 1, values.size());
+    EXPECT_TRUE(std::ranges::equal(values_of<TypeParam>(), names_of<TypeParam>(), std::ranges::equal_to{},
+                                   std::identity{}, [](const auto& known) { return known.value; }));
+}
+
+TYPED_TEST(EnumNames, UnknownWordsListTheKnownOnes) {
+    for (const std::string& text :
+         {std::string(), std::string("Unknown"), std::string(names_of<TypeParam>().front().word) + " "}) {
+        EXPECT_FALSE(find_value<TypeParam>(text)) << text;
+        try {
+            static_cast<void>(value_of<TypeParam>(text));
+            ADD_FAILURE() << "accepted '" << text << "'";
+        } catch (const InputError& error) {
+            EXPECT_EQ(error.asked(), "find the " + std::string(Names<TypeParam>::what) + " '" + text + "'");
+            EXPECT_EQ(error.found(), "it is not known");
+            EXPECT_EQ(error.remedy(), "use " + words_of<TypeParam>());
+            for (const auto& known : names_of<TypeParam>())
+                EXPECT_NE(error.remedy().find(known.word), std::string::npos) << known.word;
+        }
+    }
+}
+
+TYPED_TEST(EnumNames, OtherValuesHaveNoWord) {
+    EXPECT_THROW(static_cast<void>(word_of(static_cast<TypeParam>(names_of<TypeParam>().size()))),
+                 InputError);
+}
+
+TEST(Words, AreTheWordsOfThePublicFunctions) {
+    EXPECT_EQ(name(ColourSpace::srgb), "srgb");
+    EXPECT_EQ(name(PixelType::float32), "float");
+    EXPECT_EQ(name(DeviceType::accelerator), "accelerator");
+    EXPECT_EQ(name(NeighbourhoodKind::unilateral), "unilateral");
+    EXPECT_EQ(name(ModelKind::pmrf3d), "3d-pmrf");
+    EXPECT_EQ(name(Estimator::random_decrement), "rd");
+    EXPECT_EQ(name(NoiseForm::diagonal), "diagonal");
+    EXPECT_EQ(name(Metric::l2), "l2");
+    EXPECT_EQ(name(EstimatorChoice::automatic), "auto");
+    EXPECT_EQ(name(GainMode::none), "none");
+    EXPECT_EQ(name(MarginalMode::match), "match");
+    EXPECT_EQ(name(JobStatus::refused), "refused");
+    EXPECT_EQ(words_of<Metric>("|"), "max|l1|l2");
+    EXPECT_EQ(words_of<Metric>(", ", " or "), "max, l1 or l2");
+    try {
+        static_cast<void>(metric("L2"));
+        ADD_FAILURE();
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(), "find the metric 'L2': it is not known; use max, l1, l2");
+    }
+}
+
+TEST(Words, DimensionsAndFamiliesAreThoseOfTheWords) {
+    for (const auto& [kind, word] : names_of<ModelKind>()) {
+        EXPECT_EQ(is_2d(kind), word.starts_with("2d-")) << word;
+        EXPECT_NE(is_2d(kind), word.starts_with("3d-")) << word;
+    }
+    EXPECT_EQ(family(ModelKind::car2d), Family::car);
+    EXPECT_EQ(family(ModelKind::ma3d), Family::ma);
+    EXPECT_EQ(family(ModelKind::msar2d), Family::msar);
+    EXPECT_EQ(family(ModelKind::mmrf3d), Family::mmrf);
+    EXPECT_EQ(family(ModelKind::pmrf2d), Family::pmrf);
+}
+
+}  // namespace
+}  // namespace btfield
