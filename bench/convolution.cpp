@@ -24,8 +24,9 @@ constexpr int order = 5;
 
 MaModel fitted() {
     const Image image = picture(size);
-    return fit_ma(image, lag_covariance(image, {0, 0}), NeighbourhoodKind::symmetric,
-                  neighbourhood(order, NeighbourhoodKind::symmetric), NoiseForm::full);
+    return fit_ma(image, lag_covariance(image, {0, 0}),
+                  {NeighbourhoodKind::symmetric, neighbourhood(order, NeighbourhoodKind::symmetric)},
+                  NoiseForm::full);
 }
 
 void add_case(const std::string& name, bool draw) {
@@ -88,13 +89,15 @@ void add_convolution() {
     add("random decrement 800 rgb order 5", [] {
         auto image = std::make_shared<Image>(picture({800, 800}));
         auto statistic = std::make_shared<LagCovariance>(lag_covariance(*image, {0, 0}));
-        return std::pair(Work{.items = static_cast<double>(image->values().size())},
-                         std::function<void()>([image, statistic] {
-                             const MaModel model =
-                                 fit_ma(*image, *statistic, NeighbourhoodKind::symmetric,
-                                        neighbourhood(order, NeighbourhoodKind::symmetric), NoiseForm::full);
-                             benchmark::DoNotOptimize(model.coefficients.data());
-                         }));
+        return std::pair(
+            Work{.items = static_cast<double>(image->values().size())},
+            std::function<void()>([image, statistic] {
+                const MaModel model =
+                    fit_ma(*image, *statistic,
+                           {NeighbourhoodKind::symmetric, neighbourhood(order, NeighbourhoodKind::symmetric)},
+                           NoiseForm::full);
+                benchmark::DoNotOptimize(model.coefficients.data());
+            }));
     });
 }
 

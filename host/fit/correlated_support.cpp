@@ -64,6 +64,7 @@ CorrelatedSupport correlated_support(const LagCovariance& statistic, const Suppo
         if (pairs) kept.push_back(-s);
     }
     std::ranges::sort(kept);
+    result.support.active = candidates.active;
     result.weakest_kept = ranked.back().first;
     return result;
 }

@@ -16,7 +16,7 @@ namespace btfield::detail {
 [[nodiscard]] std::vector<Offset> correlated_candidates(NeighbourhoodKind kind, int count);
 
 struct CorrelatedSupport {
-    Support support;  ///< custom, in raster order
+    Support support;  ///< custom, in raster order; per-pair sets as they were, for the estimators to judge
     double weakest_kept = 0.0;
 };
 

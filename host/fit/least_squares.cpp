@@ -56,14 +56,14 @@ MatrixXd residual(const Moments& v, const MatrixXd& theta) {
 
 }  // namespace
 
-std::string detail::describe(const std::vector<Offset>& offsets, int planes) {
-    return "least-squares fit of " + std::to_string(offsets.size()) + " offsets to " +
+std::string detail::describe(const Support& support, int planes) {
+    return "least-squares fit of " + std::to_string(support.offsets.size()) + " offsets to " +
            std::to_string(planes) + (planes == 1 ? " plane" : " planes");
 }
 
-void detail::check_request(const LagCovariance& statistic, const std::vector<Offset>& offsets,
-                           const std::vector<std::uint8_t>& active) {
-    const std::string asked = describe(offsets, statistic.planes());
+void detail::check_request(const LagCovariance& statistic, const Support& support) {
+    const std::vector<Offset>& offsets = support.offsets;
+    const std::string asked = describe(support, statistic.planes());
     if (statistic.planes() < 1)
         throw InputError(asked, "the statistic is empty", "compute lag covariances first");
     if (offsets.empty()) throw InputError(asked, "the support is empty", "give at least one offset");
@@ -73,9 +73,9 @@ void detail::check_request(const LagCovariance& statistic, const std::vector<Off
                          "list every offset once and leave (0, 0) out");
     }
     const auto d = static_cast<size_t>(statistic.planes());
-    if (!active.empty() && active.size() != offsets.size() * d * d) {
+    if (!support.active.empty() && support.active.size() != offsets.size() * d * d) {
         throw InputError(
-            asked, "the per-pair sets have " + std::to_string(active.size()) + " entries",
+            asked, "the per-pair sets have " + std::to_string(support.active.size()) + " entries",
             "give " + std::to_string(offsets.size() * d * d) + ", one per offset and pair of planes");
     }
     const Offset box = difference_box(offsets);
@@ -119,10 +119,10 @@ MatrixXd detail::solve_normal_equations(const MatrixXd& xx, const MatrixXd& righ
 namespace {
 
 /// Θᵀ, ηd × d, zero where a pair has no coefficient.
-MatrixXd solve_all(const Moments& v, const std::vector<std::uint8_t>& active, const std::string& asked) {
+MatrixXd solve_all(const Moments& v, const Support& support, const std::string& asked) {
     const Index unknowns = v.xx.rows(), d = v.xy.cols();
     std::vector<Index> used;
-    if (active.empty()) {
+    if (support.active.empty()) {
         for (Index k = 0; k < unknowns; ++k) used.push_back(k);
         return solve_normal_equations(v.xx, v.xy, used, asked);
     }
@@ -130,8 +130,8 @@ MatrixXd solve_all(const Moments& v, const std::vector<std::uint8_t>& active, co
     for (Index i = 0; i < d; ++i) {
         used.clear();
         for (Index k = 0; k < unknowns; ++k) {
-            const Index s = k / d, j = k % d;
-            if (active[static_cast<size_t>((s * d + i) * d + j)] != 0) used.push_back(k);
+            const auto at = [](Index index) { return static_cast<size_t>(index); };
+            if (support.has(at(k / d), at(i), at(k % d), at(d))) used.push_back(k);
         }
         if (used.empty()) continue;
         const VectorXd column = solve_normal_equations(v.xx, v.xy.col(i), used, asked);
@@ -164,17 +164,20 @@ namespace {
 /// Where an equation holds neighbours of one plane only, on a support with s and −s, least squares gives a_s
 /// = a_{−s}, because C_ii(s) = C_ii(−s). Rounding must not spoil that: Λ of such a plane is real, and its
 /// zeros are curves.
-void make_symmetric(MatrixXd& theta, const std::vector<Offset>& offsets,
-                    const std::vector<std::uint8_t>& active) {
+void make_symmetric(MatrixXd& theta, const Support& support) {
+    const std::vector<Offset>& offsets = support.offsets;
     const Index d = theta.cols();
-    const auto place = [&](Index s, Index i, Index j) { return static_cast<size_t>((s * d + i) * d + j); };
+    const auto has = [&](Index s, Index i, Index j) {
+        return support.has(static_cast<size_t>(s), static_cast<size_t>(i), static_cast<size_t>(j),
+                           static_cast<size_t>(d));
+    };
     for (Index i = 0; i < d; ++i) {
-        bool alone = d == 1 || !active.empty();
+        bool alone = d == 1 || !support.active.empty();
         const auto count = static_cast<Index>(offsets.size());
         std::vector<Index> opposite(offsets.size(), -1);
         for (Index s = 0; s < count && alone; ++s) {
             for (Index j = 0; j < d; ++j) {
-                if (j != i && active[place(s, i, j)] != 0) alone = false;
+                if (j != i && has(s, i, j)) alone = false;
             }
             const auto found = std::find(offsets.begin(), offsets.end(), -offsets[static_cast<size_t>(s)]);
             if (found == offsets.end()) {
@@ -182,10 +185,7 @@ void make_symmetric(MatrixXd& theta, const std::vector<Offset>& offsets,
                 break;
             }
             opposite[static_cast<size_t>(s)] = static_cast<Index>(found - offsets.begin());
-            if (!active.empty() &&
-                active[place(s, i, i)] != active[place(opposite[static_cast<size_t>(s)], i, i)]) {
-                alone = false;
-            }
+            if (has(s, i, i) != has(opposite[static_cast<size_t>(s)], i, i)) alone = false;
         }
         if (!alone) continue;
         const VectorXd before = theta.col(i);
@@ -198,15 +198,11 @@ void make_symmetric(MatrixXd& theta, const std::vector<Offset>& offsets,
 
 }  // namespace
 
-void detail::fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind kind,
-                  const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                  const MatrixXd& theta, const MatrixXd& noise) {
-    const int d = statistic.planes();
+void detail::fill(LinearField& field, const Support& support, const MatrixXd& theta, const MatrixXd& noise) {
+    const auto d = static_cast<int>(noise.rows());
     field.planes = d;
-    field.kind = kind;
-    field.offsets = offsets;
-    field.active = active;
-    for (size_t s = 0; s < offsets.size(); ++s) {
+    static_cast<Support&>(field) = support;
+    for (size_t s = 0; s < support.offsets.size(); ++s) {
         for (int i = 0; i < d; ++i) {
             for (int j = 0; j < d; ++j) field.coefficients.push_back(theta(static_cast<Index>(s) * d + j, i));
         }
@@ -227,11 +223,11 @@ MatrixXd detail::residual_covariance(const LinearField& field, const LagCovarian
     return residual(moments(statistic, field.offsets), theta);
 }
 
-CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind, const std::vector<Offset>& offsets,
-                 const std::vector<std::uint8_t>& active, NoiseForm noise, const BayesPrior& prior) {
-    check_request(statistic, offsets, active);
-    const std::string asked = describe(offsets, statistic.planes());
-    for (const Offset s : offsets) {
+CarModel fit_car(const LagCovariance& statistic, const Support& support, NoiseForm noise,
+                 const BayesPrior& prior) {
+    check_request(statistic, support);
+    const std::string asked = describe(support, statistic.planes());
+    for (const Offset s : support.offsets) {
         if (!(s < Offset{})) {
             throw InputError("CAR fit",
                              "the offset " + text_of(s) + " does not precede the centre in raster order",
@@ -243,26 +239,25 @@ CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind, const s
         throw InputError("CAR fit", "the prior has a negative strength or beta0 <= 1",
                          "use strength >= 0 and beta0 > 1");
     }
-    Moments v = moments(statistic, offsets);
+    Moments v = moments(statistic, support.offsets);
     const double pixels = static_cast<double>(area(statistic.size()));
     const Index d = v.yy.rows();
     // V / M: the prior adds strength / M of each plane's own variance to the diagonal of V_xx.
     for (Index k = 0; k < v.xx.rows(); ++k) v.xx(k, k) += prior.strength / pixels * v.yy(k % d, k % d);
-    const MatrixXd theta = solve_all(v, active, asked);
+    const MatrixXd theta = solve_all(v, support, asked);
     const MatrixXd sigma = residual(v, theta) * (pixels / (pixels + prior.beta0));
     CarModel model;
-    fill(model, statistic, kind, offsets, active, theta, admissible_noise(sigma, noise, v.yy));
+    fill(model, support, theta, admissible_noise(sigma, noise, v.yy));
     return model;
 }
 
-SarModel fit_sar(const LagCovariance& statistic, NeighbourhoodKind kind, const std::vector<Offset>& offsets,
-                 const std::vector<std::uint8_t>& active, NoiseForm noise) {
-    check_request(statistic, offsets, active);
-    const Moments v = moments(statistic, offsets);
-    MatrixXd theta = solve_all(v, active, describe(offsets, statistic.planes()));
-    make_symmetric(theta, offsets, active);
+SarModel fit_sar(const LagCovariance& statistic, const Support& support, NoiseForm noise) {
+    check_request(statistic, support);
+    const Moments v = moments(statistic, support.offsets);
+    MatrixXd theta = solve_all(v, support, describe(support, statistic.planes()));
+    make_symmetric(theta, support);
     SarModel model;
-    fill(model, statistic, kind, offsets, active, theta, admissible_noise(residual(v, theta), noise, v.yy));
+    fill(model, support, theta, admissible_noise(residual(v, theta), noise, v.yy));
     return model;
 }
 

@@ -18,12 +18,11 @@ namespace btfield::detail {
 [[nodiscard]] Eigen::MatrixXd residual_covariance(const LinearField& field, const LagCovariance& statistic);
 
 /// What was asked, for messages.
-[[nodiscard]] std::string describe(const std::vector<Offset>& offsets, int planes);
+[[nodiscard]] std::string describe(const Support& support, int planes);
 
 /// \throws InputError when no least-squares fit can follow: no plane or offset, repeated offsets or the
 ///     centre, per-pair sets of another size, lags that the statistic lacks, a constant plane.
-void check_request(const LagCovariance& statistic, const std::vector<Offset>& offsets,
-                   const std::vector<std::uint8_t>& active);
+void check_request(const LagCovariance& statistic, const Support& support);
 
 /// Solves xx · x = right for the rows and columns in `used`, scaled to a unit diagonal so that planes of
 /// different units do not count as ill-conditioned.
@@ -40,8 +39,7 @@ void check_request(const LagCovariance& statistic, const std::vector<Offset>& of
                                                const Eigen::MatrixXd& yy);
 
 /// Sets every member of the field; theta is Θᵀ, ηd × d: a_{s,i,j} at (s·d + j, i).
-void fill(LinearField& field, const LagCovariance& statistic, NeighbourhoodKind kind,
-          const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-          const Eigen::MatrixXd& theta, const Eigen::MatrixXd& noise);
+void fill(LinearField& field, const Support& support, const Eigen::MatrixXd& theta,
+          const Eigen::MatrixXd& noise);
 
 }  // namespace btfield::detail

@@ -48,7 +48,6 @@ Image plane_image(const Image& image, int p) {
 }
 
 Estimate least_squares(const LagCovariance& statistic, const FitOptions& options, const Support& support) {
-    const auto& [kind, offsets] = support;
     Estimate estimate;
     const auto take = [&](MrfEstimate markov) {
         estimate.model = std::move(markov.model);
@@ -56,16 +55,16 @@ Estimate least_squares(const LagCovariance& statistic, const FitOptions& options
     };
     switch (family(options.model)) {
         case Family::msar:
-            estimate.model = fit_sar(statistic, kind, offsets, options.active, options.noise);
+            estimate.model = fit_sar(statistic, support, options.noise);
             break;
         case Family::mmrf:
-            take(fit_mmrf(statistic, kind, offsets, options.active, options.noise));
+            take(fit_mmrf(statistic, support, options.noise));
             break;
         case Family::pmrf:
-            take(fit_pmrf(statistic, kind, offsets, options.active, options.noise));
+            take(fit_pmrf(statistic, support, options.noise));
             break;
         default:
-            estimate.model = fit_car(statistic, kind, offsets, options.active, options.noise, options.prior);
+            estimate.model = fit_car(statistic, support, options.noise, options.prior);
     }
     estimate.examination = examine(estimate.model, statistic);
     return estimate;
@@ -74,21 +73,19 @@ Estimate least_squares(const LagCovariance& statistic, const FitOptions& options
 /// \param level PMRF models of several planes read its periodogram
 Estimate maximum_likelihood(AnalysedLevel& level, const LagCovariance& statistic, const FitOptions& options,
                             const Support& support) {
-    const auto& [kind, offsets] = support;
     Estimate estimate;
     estimate.estimator = Estimator::maximum_likelihood;
     const Family family_ = family(options.model);
     if (family_ == Family::msar || family_ == Family::car) {
-        SarLikelihoodFit fitted = fit_sar_likelihood(statistic, kind, offsets, options.active, options.noise);
+        SarLikelihoodFit fitted = fit_sar_likelihood(statistic, support, options.noise);
         estimate.model = model_of(family_, std::move(static_cast<LinearField&>(fitted.model)));
         estimate.iterations = fitted.iterations;
         estimate.examination = std::move(fitted.examination);
         return estimate;
     }
     const bool pairs = family(options.model) == Family::pmrf && statistic.planes() > 1;
-    MrfLikelihoodFit fitted =
-        pairs ? fit_pmrf_ml(statistic, level.periodogram(), kind, offsets, options.active, options.noise)
-              : fit_mmrf_ml(statistic, kind, offsets, options.active, options.noise);
+    MrfLikelihoodFit fitted = pairs ? fit_pmrf_ml(statistic, level.periodogram(), support, options.noise)
+                                    : fit_mmrf_ml(statistic, support, options.noise);
     if (!pairs && family(options.model) == Family::pmrf) fitted.model.form = MrfForm::pmrf;
     estimate.model = std::move(fitted.model);
     estimate.iterations = fitted.iterations;
@@ -129,8 +126,7 @@ Estimate estimate_part(AnalysedLevel& level, const LagCovariance& statistic, con
 Estimate estimate_moving_average(const Image& level, const LagCovariance& statistic,
                                  const FitOptions& options, const Support& support) {
     Estimate estimate;
-    estimate.model =
-        fit_ma(level, statistic, support.kind, support.offsets, options.noise, options.moving_average);
+    estimate.model = fit_ma(level, statistic, support, options.noise, options.moving_average);
     estimate.estimator = Estimator::random_decrement;
     estimate.examination = examine(estimate.model, statistic);
     return estimate;
@@ -166,6 +162,7 @@ Support support_of(const FitOptions& options) {
     const Family family_ = family(options.model);
     const bool markov = family_ == Family::mmrf || family_ == Family::pmrf;
     Support support;
+    support.active = options.active;
     support.kind = options.neighbourhood.value_or(family_ == Family::car ? NeighbourhoodKind::causal
                                                                          : NeighbourhoodKind::symmetric);
     if (markov && support.kind != NeighbourhoodKind::symmetric && support.kind != NeighbourhoodKind::custom) {
@@ -175,7 +172,7 @@ Support support_of(const FitOptions& options) {
             "use a symmetric neighbourhood, or a 3d-msar model");
     }
     if (options.correlated != 0) {
-        support = {support.kind, correlated_candidates(support.kind, options.correlated)};
+        support.offsets = correlated_candidates(support.kind, options.correlated);
     } else if (support.kind == NeighbourhoodKind::custom) {
         support.offsets = options.offsets;
     } else {

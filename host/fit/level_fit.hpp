@@ -22,13 +22,8 @@ struct FittedLevel {
 };
 
 /// I_r of the options' model: the family's own neighbourhood unless told, with the centre for moving
-/// averages.
+/// averages. With FitOptions::correlated, the candidates among which correlated_support() chooses.
 /// \throws InputError when the model cannot have the neighbourhood
-struct Support {
-    NeighbourhoodKind kind = NeighbourhoodKind::custom;
-    std::vector<Offset> offsets;
-};
-/// With FitOptions::correlated, the candidates among which correlated_support() chooses.
 [[nodiscard]] Support support_of(const FitOptions& options);
 
 /// Offsets that a level's equations will have: those of the support, or fewer of them with

@@ -53,13 +53,10 @@ struct SymmetricField {
     std::vector<OffsetPair> pairs;
     std::vector<Unknown> unknowns;
 
-    SymmetricField(const LagCovariance& covariances, const std::vector<Offset>& offsets,
-                   const std::vector<std::uint8_t>& active, const std::string& asked)
-        : statistic(&covariances), pairs(pairs_of(offsets, asked)) {
+    SymmetricField(const LagCovariance& covariances, const Support& support, const std::string& asked)
+        : statistic(&covariances), pairs(pairs_of(support.offsets, asked)) {
         const auto d = static_cast<size_t>(covariances.planes());
-        const auto exists = [&](size_t s, size_t i, size_t j) {
-            return active.empty() || active[(s * d + i) * d + j] != 0;
-        };
+        const auto exists = [&](size_t s, size_t i, size_t j) { return support.has(s, i, j, d); };
         for (size_t p = 0; p < pairs.size(); ++p)
             for (size_t i = 0; i < d; ++i)
                 for (size_t j = 0; j < d; ++j) {
@@ -161,11 +158,9 @@ MatrixXd root_of(const MatrixXd& sigma, NoiseForm form) {
     return sigma.llt().matrixL();
 }
 
-MrfModel model_of(const SymmetricField& field, MrfForm form, NeighbourhoodKind kind,
-                  const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                  const MatrixXd& theta, const MatrixXd& sigma) {
+MrfModel model_of(MrfForm form, const Support& support, const MatrixXd& theta, const MatrixXd& sigma) {
     MrfModel model;
-    fill(model, *field.statistic, kind, offsets, active, theta, sigma);
+    fill(model, support, theta, sigma);
     model.form = form;
     return model;
 }
@@ -178,19 +173,17 @@ double largest(const std::vector<MatrixXd>& p) {
 
 }  // namespace
 
-MrfEstimate fit_mmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
-                     const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                     NoiseForm noise, const MrfLeastSquaresOptions& options) {
-    check_request(statistic, offsets, active);
-    const std::string asked = describe(offsets, statistic.planes());
+MrfEstimate fit_mmrf(const LagCovariance& statistic, const Support& support, NoiseForm noise,
+                     const MrfLeastSquaresOptions& options) {
+    check_request(statistic, support);
+    const std::string asked = describe(support, statistic.planes());
     if (options.iterations < 1 || !(options.tolerance >= 0.0))
         throw InputError(asked, "fewer than one iteration or a negative tolerance", "use the defaults");
-    const bool all_pairs = std::all_of(active.begin(), active.end(), [](std::uint8_t a) { return a != 0; });
-    if (noise == NoiseForm::full && !all_pairs) {
+    if (noise == NoiseForm::full && !support.has_all()) {
         throw InputError(asked, "per-pair sets with full noise: the symmetry of one breaks the other",
                          "use diagonal noise, or every pair of planes at every offset");
     }
-    const SymmetricField field(statistic, offsets, active, asked);
+    const SymmetricField field(statistic, support, asked);
     const MatrixXd yy = lag_zero(statistic);
     const Index d = yy.rows();
     const bool full = noise == NoiseForm::full;
@@ -205,7 +198,7 @@ MrfEstimate fit_mmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
         before = std::move(p);
         p = field.least_squares(root.inverse(), weights, asked);
         const MatrixXd theta = turned_back(field, p, root);
-        result.model = model_of(field, MrfForm::mmrf, kind, offsets, active, theta, sigma);
+        result.model = model_of(MrfForm::mmrf, support, theta, sigma);
         sigma = admissible_noise(residual_covariance(result.model, statistic), noise, yy);
         if (!before.empty()) {
             double moved = 0.0;
@@ -216,24 +209,21 @@ MrfEstimate fit_mmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
         if (result.converged || result.iterations == options.iterations) break;
     }
     // Symmetric with the very Σ that the model has.
-    result.model = model_of(field, MrfForm::mmrf, kind, offsets, active,
-                            turned_back(field, p, root_of(sigma, noise)), sigma);
+    result.model = model_of(MrfForm::mmrf, support, turned_back(field, p, root_of(sigma, noise)), sigma);
     return result;
 }
 
-MrfEstimate fit_pmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
-                     const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                     NoiseForm noise) {
-    check_request(statistic, offsets, active);
-    const std::string asked = describe(offsets, statistic.planes());
-    const SymmetricField field(statistic, offsets, active, asked);
+MrfEstimate fit_pmrf(const LagCovariance& statistic, const Support& support, NoiseForm noise) {
+    check_request(statistic, support);
+    const std::string asked = describe(support, statistic.planes());
+    const SymmetricField field(statistic, support, asked);
     const MatrixXd yy = lag_zero(statistic), identity = MatrixXd::Identity(yy.rows(), yy.cols());
     const MatrixXd theta =
         turned_back(field, field.least_squares(identity, VectorXd::Ones(yy.rows()), asked), identity);
     MrfEstimate result;
-    result.model = model_of(field, MrfForm::pmrf, kind, offsets, active, theta, identity);
+    result.model = model_of(MrfForm::pmrf, support, theta, identity);
     const MatrixXd sigma = admissible_noise(residual_covariance(result.model, statistic), noise, yy);
-    result.model = model_of(field, MrfForm::pmrf, kind, offsets, active, theta, sigma);
+    result.model = model_of(MrfForm::pmrf, support, theta, sigma);
     return result;
 }
 

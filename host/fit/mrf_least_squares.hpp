@@ -34,21 +34,16 @@ struct MrfEstimate {
 /// that an iteration is one symmetric least-squares problem in lag covariances. A field of this model makes
 /// the errors uncorrelated with all neighbours: on its covariances the estimate is exact.
 ///
-/// \param offsets  s and −s both
-/// \param active   per-pair sets, with (s, i, j) also (−s, j, i); NoiseForm::diagonal only; empty = all
+/// \param support s and −s both; per-pair sets, with (s, i, j) also (−s, j, i), for NoiseForm::diagonal only
 /// \throws InputError as fit_sar(), and for supports or per-pair sets that are not symmetric, per-pair sets
 ///     with full noise, more unknowns than fit into memory
-[[nodiscard]] MrfEstimate fit_mmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
-                                   const std::vector<Offset>& offsets,
-                                   const std::vector<std::uint8_t>& active, NoiseForm noise,
+[[nodiscard]] MrfEstimate fit_mmrf(const LagCovariance& statistic, const Support& support, NoiseForm noise,
                                    const MrfLeastSquaresOptions& options = {});
 
 /// Least-squares PMRF estimate (theory 8.4; P4 2.7): the first iteration of fit_mmrf(), A_{−s} = A_sᵀ,
 /// minimises mean_r Σ_i e_{r,i}²; Σ = mean_r e_r e_rᵀ, which is lag 0 of S_e = Σ^{1/2} Λ Σ^{1/2}, or its
 /// diagonal. Consistent where Σ is a multiple of I. Arguments and errors as fit_mmrf()'s; per-pair sets go
 /// with either form of the noise.
-[[nodiscard]] MrfEstimate fit_pmrf(const LagCovariance& statistic, NeighbourhoodKind kind,
-                                   const std::vector<Offset>& offsets,
-                                   const std::vector<std::uint8_t>& active, NoiseForm noise);
+[[nodiscard]] MrfEstimate fit_pmrf(const LagCovariance& statistic, const Support& support, NoiseForm noise);
 
 }  // namespace btfield::detail

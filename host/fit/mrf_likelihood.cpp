@@ -372,16 +372,14 @@ MrfModel field_of(const HermitianPolynomial& q, const WorkingBasis& basis, const
     return model;
 }
 
-void check_request(const MatrixXd& c0, const std::vector<std::uint8_t>& active, bool full,
-                   const char* asked) {
+void check_request(const MatrixXd& c0, const Support& whole, bool full, const char* asked) {
     for (Index i = 0; i < c0.rows(); ++i) {
         if (!(c0(i, i) > 0.0) || !std::isfinite(c0(i, i))) {
             throw InputError(asked, "plane " + std::to_string(i + 1) + " does not vary",
                              "remove that plane or use a picture that varies");
         }
     }
-    const bool constrained = std::any_of(active.begin(), active.end(), [](std::uint8_t a) { return a == 0; });
-    if (full && constrained && c0.rows() > 1) {
+    if (full && !whole.has_all() && c0.rows() > 1) {
         throw InputError(asked, "per-pair sets of a 3d-mmrf hold for its A_s only when the noise is diagonal",
                          "use diagonal noise, or every pair at every offset");
     }
@@ -457,15 +455,14 @@ MrfLikelihoodFit report_of(const Solution& solution, const Problem& problem, con
 
 }  // namespace
 
-MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind kind,
-                             const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
-                             NoiseForm noise, const MrfLikelihoodOptions& options) {
+MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, const Support& whole, NoiseForm noise,
+                             const MrfLikelihoodOptions& options) {
     const char* asked = "maximum-likelihood fit of a Markov random field";
-    const HalfSupport support = half_support(statistic, offsets, active, asked);
+    const HalfSupport support = half_support(statistic, whole, asked);
     const int d = statistic.planes();
     const bool full = noise == NoiseForm::full;
     const MatrixXd c0 = lag_zero(statistic);
-    check_request(c0, active, full, asked);
+    check_request(c0, whole, full, asked);
     // With full noise the problem does not depend on the basis. Planes that repeat each other are told apart
     // by what no 8-bit picture shows: 1e-8 of the largest eigenvalue.
     const WorkingBasis basis = working_basis(c0, full ? Turn::principal : Turn::none, {.relative = 1e-8});
@@ -475,7 +472,7 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
     if (full) zero = MatrixXd::Identity(d, d);
     zero.diagonal().array() += 1e-9;
     std::vector<MrfUnknown> unknowns =
-        mrf_unknowns(support, d, active, full ? ConstantForm::full : ConstantForm::diagonal);
+        mrf_unknowns(support, d, full ? ConstantForm::full : ConstantForm::diagonal);
     VectorXd data = data_terms(statistic, basis, zero, unknowns);
     Problem problem(support, std::move(unknowns), std::move(data), d);
 
@@ -488,10 +485,8 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind k
         std::max(64.0, longest_wave * std::max(statistic.size().height, statistic.size().width));
     const Solution solution = solve(problem, x0, longest, options);
     MrfLikelihoodFit fit = report_of(solution, problem, x0, basis, c0);
-    fit.model = field_of(problem.polynomial(solution.x), basis, support, offsets.size());
-    fit.model.kind = kind;
-    fit.model.offsets = offsets;
-    fit.model.active = active;
+    fit.model = field_of(problem.polynomial(solution.x), basis, support, whole.offsets.size());
+    static_cast<Support&>(fit.model) = whole;
     return fit;
 }
 

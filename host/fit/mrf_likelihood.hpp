@@ -51,10 +51,8 @@ struct MrfLikelihoodFit {
 /// of the correlation's largest eigenvalue. Independent of the picture's size and of the number of threads.
 /// \throws InputError when the support is not symmetric, does not fit the statistic's box, or a plane is
 ///     constant
-[[nodiscard]] MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, NeighbourhoodKind kind,
-                                           const std::vector<Offset>& offsets,
-                                           const std::vector<std::uint8_t>& active, NoiseForm noise,
-                                           const MrfLikelihoodOptions& options = {});
+[[nodiscard]] MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, const Support& support,
+                                           NoiseForm noise, const MrfLikelihoodOptions& options = {});
 
 /// PMRF, S_t = Λ⁻¹ R Λ R Λ⁻¹ with R = Σ^{1/2}, by descent of the Whittle likelihood
 ///   mean_t tr(Λ R⁻¹ Λ⁻¹ R⁻¹ Λ I_t) − mean_t ln det Λ_t + ln det Σ,
@@ -69,9 +67,7 @@ struct MrfLikelihoodFit {
 /// `periodogram` is then not read.
 /// \throws InputError as fit_mmrf_ml, and when the periodogram has other planes than the statistic
 [[nodiscard]] MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic,
-                                           const FoldedPeriodogram& periodogram, NeighbourhoodKind kind,
-                                           const std::vector<Offset>& offsets,
-                                           const std::vector<std::uint8_t>& active, NoiseForm noise,
-                                           const MrfLikelihoodOptions& options = {});
+                                           const FoldedPeriodogram& periodogram, const Support& support,
+                                           NoiseForm noise, const MrfLikelihoodOptions& options = {});
 
 }  // namespace btfield::detail

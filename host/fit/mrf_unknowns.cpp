@@ -23,8 +23,9 @@ Index triangle(int i, int j) {
 
 }  // namespace
 
-HalfSupport half_support(const LagCovariance& statistic, const std::vector<Offset>& offsets,
-                         const std::vector<std::uint8_t>& active, const char* asked) {
+HalfSupport half_support(const LagCovariance& statistic, const Support& support, const char* asked) {
+    const std::vector<Offset>& offsets = support.offsets;
+    const std::vector<std::uint8_t>& active = support.active;
     const int d = statistic.planes();
     if (d < 1) throw InputError(asked, "the lag covariances have no planes", "compute them from a picture");
     if (offsets.empty()) throw InputError(asked, "the support is empty", "give at least one pair of offsets");
@@ -36,6 +37,7 @@ HalfSupport half_support(const LagCovariance& statistic, const std::vector<Offse
                          "give one for every offset and pair of planes, or none");
     }
     HalfSupport half;
+    half.kind = NeighbourhoodKind::half;
     std::set<Offset> seen;
     for (size_t k = 0; k < offsets.size(); ++k) {
         const Offset s = offsets[k];
@@ -66,6 +68,10 @@ HalfSupport half_support(const LagCovariance& statistic, const std::vector<Offse
         }
         if (s < Offset{}) continue;
         half.offsets.push_back(s);
+        if (!active.empty()) {
+            const auto first = active.begin() + static_cast<std::ptrdiff_t>(k * block);
+            half.active.insert(half.active.end(), first, first + static_cast<std::ptrdiff_t>(block));
+        }
         half.position.push_back(k);
         half.mirror.push_back(mirror);
         half.reach = {std::max(half.reach.row, std::abs(s.row)),
@@ -74,8 +80,7 @@ HalfSupport half_support(const LagCovariance& statistic, const std::vector<Offse
     return half;
 }
 
-std::vector<MrfUnknown> mrf_unknowns(const HalfSupport& support, int planes,
-                                     const std::vector<std::uint8_t>& active, ConstantForm constant) {
+std::vector<MrfUnknown> mrf_unknowns(const HalfSupport& support, int planes, ConstantForm constant) {
     std::vector<MrfUnknown> unknowns;
     for (int i = 0; i < planes; ++i) {
         if (constant == ConstantForm::none) break;
@@ -86,11 +91,9 @@ std::vector<MrfUnknown> mrf_unknowns(const HalfSupport& support, int planes,
     for (size_t s = 0; s < support.offsets.size(); ++s) {
         for (int i = 0; i < planes; ++i) {
             for (int j = 0; j < planes; ++j) {
-                const size_t place =
-                    (support.position[s] * static_cast<size_t>(planes) + static_cast<size_t>(i)) *
-                        static_cast<size_t>(planes) +
-                    static_cast<size_t>(j);
-                if (active.empty() || active[place] != 0) unknowns.push_back({support.offsets[s], i, j});
+                if (support.has(s, static_cast<size_t>(i), static_cast<size_t>(j),
+                                static_cast<size_t>(planes)))
+                    unknowns.push_back({support.offsets[s], i, j});
             }
         }
     }

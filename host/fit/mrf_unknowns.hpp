@@ -23,23 +23,21 @@ struct MrfUnknown {
     [[nodiscard]] double scale() const { return constant() ? (i == j ? 0.5 : 1.0) : -1.0; }
 };
 
-/// The lags of the half support, and which pairs they have.
-struct HalfSupport {
-    std::vector<Offset> offsets;        ///< lexicographically positive
-    std::vector<std::size_t> position;  ///< of each in the whole support
+/// The half of a symmetric support, and where its offsets are in the whole one.
+struct HalfSupport : Support {
+    std::vector<std::size_t> position;  ///< of each offset in the whole support
     std::vector<std::size_t> mirror;    ///< of −s in the whole support
     Offset reach;                       ///< largest |row|, |column|
 };
 /// \throws InputError when the support is empty, lacks −s for some s, repeats an offset or holds the centre,
 ///     when an offset does not fit the statistic's box, or when the pairs of s and −s do not mirror each
 ///     other
-[[nodiscard]] HalfSupport half_support(const LagCovariance& statistic, const std::vector<Offset>& offsets,
-                                       const std::vector<std::uint8_t>& active, const char* asked);
+[[nodiscard]] HalfSupport half_support(const LagCovariance& statistic, const Support& support,
+                                       const char* asked);
 
 /// Unknowns of the constant (none, diagonal or all) and of the lags, in this order.
 enum class ConstantForm { none, diagonal, full };
 [[nodiscard]] std::vector<MrfUnknown> mrf_unknowns(const HalfSupport& support, int planes,
-                                                   const std::vector<std::uint8_t>& active,
                                                    ConstantForm constant);
 
 /// x → polynomial; the constant is left as it is where it has no unknowns.

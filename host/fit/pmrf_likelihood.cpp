@@ -54,11 +54,11 @@ struct Point {
 
 class Whittle {
   public:
-    Whittle(const HalfSupport& support, const std::vector<std::uint8_t>& active, int planes, bool full,
-            const FrequencyGrid& cells, std::vector<LaneMatrix> periodogram)
+    Whittle(const HalfSupport& support, int planes, bool full, const FrequencyGrid& cells,
+            std::vector<LaneMatrix> periodogram)
         : planes_(planes),
-          unknowns_(mrf_unknowns(support, planes, active, ConstantForm::none)),
-          roots_(mrf_unknowns({}, planes, {}, full ? ConstantForm::full : ConstantForm::diagonal)),
+          unknowns_(mrf_unknowns(support, planes, ConstantForm::none)),
+          roots_(mrf_unknowns({}, planes, full ? ConstantForm::full : ConstantForm::diagonal)),
           pairs_(planes),
           reach_(support.reach),
           cells_(cells),
@@ -365,10 +365,6 @@ struct Frame {
     [[nodiscard]] int planes() const { return shape.planes; }
 };
 
-bool is_constrained(const std::vector<std::uint8_t>& active) {
-    return std::ranges::any_of(active, [](std::uint8_t a) { return a == 0; });
-}
-
 void check_request(const HalfSupport& support, const FoldedPeriodogram& periodogram, int planes,
                    const char* asked) {
     if (periodogram.rows.empty() || periodogram.rows.front().planes() != planes) {
@@ -385,7 +381,7 @@ void check_request(const HalfSupport& support, const FoldedPeriodogram& periodog
 void set_basis(Frame& frame, bool full) {
     const Index d = frame.planes();
     const MatrixXd c0 = lag_zero(frame.statistic);
-    if (full && !is_constrained(frame.shape.active)) {
+    if (full && frame.shape.has_all()) {
         frame.basis = working_basis(c0, Turn::rotation);
     } else {
         frame.basis = {MatrixXd::Identity(d, d), MatrixXd::Identity(d, d)};
@@ -411,13 +407,13 @@ LagCovariance plane_statistic(const Frame& frame, int i) {
     return plane;
 }
 
-/// Which offsets plane i has itself at.
-std::vector<std::uint8_t> plane_pairs(const Frame& frame, int i) {
-    std::vector<std::uint8_t> own;
-    if (!is_constrained(frame.shape.active)) return own;
+/// Offsets at which plane i has itself.
+Support plane_support(const Frame& frame, int i) {
+    Support own{NeighbourhoodKind::custom, frame.shape.offsets};
+    if (frame.shape.has_all()) return own;
     const auto d = static_cast<size_t>(frame.planes()), place = static_cast<size_t>(i);
-    for (size_t s = 0; s < frame.shape.offsets.size(); ++s)
-        own.push_back(frame.shape.active[(s * d + place) * d + place]);
+    for (size_t s = 0; s < own.offsets.size(); ++s)
+        own.active.push_back(frame.shape.has(s, place, place, d) ? 1 : 0);
     return own;
 }
 
@@ -429,8 +425,7 @@ Point independent_planes(const Frame& frame, const MrfLikelihoodOptions& options
     fit.converged = true;
     for (int i = 0; i < d; ++i) {
         const MrfLikelihoodFit one =
-            fit_mmrf_ml(plane_statistic(frame, i), NeighbourhoodKind::custom, frame.shape.offsets,
-                        plane_pairs(frame, i), NoiseForm::full, options);
+            fit_mmrf_ml(plane_statistic(frame, i), plane_support(frame, i), NoiseForm::full, options);
         fit.iterations += one.iterations;
         fit.penalty = std::max(fit.penalty, one.penalty);
         fit.converged = fit.converged && one.converged;
@@ -509,30 +504,25 @@ bool take_end(const Frame& frame, const Whittle& whittle, const Point& start, Po
 }  // namespace
 
 MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodogram& periodogram,
-                             NeighbourhoodKind kind, const std::vector<Offset>& offsets,
-                             const std::vector<std::uint8_t>& active, NoiseForm noise,
-                             const MrfLikelihoodOptions& options) {
+                             const Support& whole, NoiseForm noise, const MrfLikelihoodOptions& options) {
     const char* asked = "maximum-likelihood fit of a pseudo-Markov random field";
     const int d = statistic.planes();
     if (d == 1) {
-        MrfLikelihoodFit fit = fit_mmrf_ml(statistic, kind, offsets, active, noise, options);
+        MrfLikelihoodFit fit = fit_mmrf_ml(statistic, whole, noise, options);
         fit.model.form = MrfForm::pmrf;
         return fit;
     }
     const bool full = noise == NoiseForm::full;
-    Frame frame{statistic, half_support(statistic, offsets, active, asked), {}, {}};
+    Frame frame{statistic, half_support(statistic, whole, asked), {}, {}};
     check_request(frame.support, periodogram, d, asked);
     frame.shape.form = MrfForm::pmrf;
     frame.shape.planes = d;
-    frame.shape.kind = kind;
-    frame.shape.offsets = offsets;
-    frame.shape.active = active;
+    static_cast<Support&>(frame.shape) = whole;
     set_basis(frame, full);
 
     MrfLikelihoodFit fit;
     const Point start = independent_planes(frame, options, fit);
-    const Whittle whittle(frame.support, active, d, full, periodogram.grid,
-                          turned_periodogram(frame, periodogram));
+    const Whittle whittle(frame.support, d, full, periodogram.grid, turned_periodogram(frame, periodogram));
     Descent end = descend(whittle, start, options);
     const bool taken = take_end(frame, whittle, start, end.point, fit);
     const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());

@@ -224,13 +224,13 @@ std::vector<double> random_decrement(const Image& level, const LagCovariance& st
     return sums;
 }
 
-MaModel fit_ma(const Image& level, const LagCovariance& statistic, NeighbourhoodKind kind,
-               const std::vector<Offset>& offsets, NoiseForm noise, const MaOptions& options) {
+MaModel fit_ma(const Image& level, const LagCovariance& statistic, const Support& support, NoiseForm noise,
+               const MaOptions& options) {
     MaModel model;
     model.planes = level.planes();
-    model.kind = kind;
-    model.offsets = offsets;
-    if (std::find(offsets.begin(), offsets.end(), Offset{}) == offsets.end())
+    model.kind = support.kind;
+    model.offsets = support.offsets;
+    if (std::find(model.offsets.begin(), model.offsets.end(), Offset{}) == model.offsets.end())
         model.offsets.insert(std::upper_bound(model.offsets.begin(), model.offsets.end(), Offset{}),
                              Offset{});
     if (std::set<Offset>(model.offsets.begin(), model.offsets.end()).size() != model.offsets.size())

@@ -26,11 +26,11 @@ namespace btfield::detail {
 /// that Σ_s A_s Σ_e A_sᵀ = C(0). Where no positive semidefinite Σ_e does that (or none of the asked form),
 /// the nearest solution with its negative eigenvalues set to 0, and each plane's coefficients scaled such
 /// that its variance is right.
-/// \param offsets  where an impulse shows; the centre may be among them and is added where it is not
+/// \param support where an impulse shows; the centre may be among its offsets and is added where it is not.
+///     Per-pair sets are not read
 /// \throws InputError when ξ leaves no significant pixel, a plane is constant, an offset is repeated, or
 ///     picture and statistic differ in size or planes
-[[nodiscard]] MaModel fit_ma(const Image& level, const LagCovariance& statistic, NeighbourhoodKind kind,
-                             const std::vector<Offset>& offsets, NoiseForm noise,
-                             const MaOptions& options = {});
+[[nodiscard]] MaModel fit_ma(const Image& level, const LagCovariance& statistic, const Support& support,
+                             NoiseForm noise, const MaOptions& options = {});
 
 }  // namespace btfield::detail

@@ -291,17 +291,16 @@ class Fit {
         };
         const SarModel& shape = problem_.shape();
         const size_t entries = static_cast<size_t>(shape.planes) * static_cast<size_t>(shape.planes);
-        std::vector<Offset> past;
-        std::vector<std::uint8_t> active;
+        Support past;
         for (size_t s = 0; s < shape.offsets.size(); ++s) {
             if (!precedes(shape.offsets[s])) continue;
-            past.push_back(shape.offsets[s]);
+            past.offsets.push_back(shape.offsets[s]);
             if (shape.active.empty()) continue;
             const auto first = shape.active.begin() + static_cast<std::ptrdiff_t>(s * entries);
-            active.insert(active.end(), first, first + static_cast<std::ptrdiff_t>(entries));
+            past.active.insert(past.active.end(), first, first + static_cast<std::ptrdiff_t>(entries));
         }
-        if (past.empty()) return {};
-        const SarModel half = fit_sar(statistic_, NeighbourhoodKind::custom, past, active, problem_.noise());
+        if (past.offsets.empty()) return {};
+        const SarModel half = fit_sar(statistic_, past, problem_.noise());
         SarModel whole = shape;
         std::ranges::fill(whole.coefficients, 0.0);
         auto from = half.coefficients.begin();
@@ -417,13 +416,11 @@ size_t count_unknowns(const SarModel& shape, NoiseForm noise) {
 
 }  // namespace
 
-SarLikelihoodFit fit_sar_likelihood(const LagCovariance& data, NeighbourhoodKind kind,
-                                    const std::vector<Offset>& offsets,
-                                    const std::vector<std::uint8_t>& active, NoiseForm noise,
+SarLikelihoodFit fit_sar_likelihood(const LagCovariance& data, const Support& support, NoiseForm noise,
                                     const LikelihoodOptions& options) {
-    check_request(data, offsets, active);
+    check_request(data, support);
     const LagCovariance statistic = told_apart(data);
-    const SarModel least_squares = fit_sar(statistic, kind, offsets, active, noise);
+    const SarModel least_squares = fit_sar(statistic, support, noise);
     check_sets(least_squares, noise);
     check_dense_hessian(
         "maximum-likelihood fit of an MSAR model of " + std::to_string(statistic.planes()) + " planes",

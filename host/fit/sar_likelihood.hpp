@@ -39,9 +39,7 @@ struct SarLikelihoodFit {
 /// end is valid but perhaps no optimum.
 /// \throws InputError as fit_sar() does, and for per-pair sets with full noise unless every equation's sets
 ///     hold those of the equations above it: Σ^{-1/2} Λ has no zeros to keep then
-[[nodiscard]] SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, NeighbourhoodKind kind,
-                                                  const std::vector<Offset>& offsets,
-                                                  const std::vector<std::uint8_t>& active, NoiseForm noise,
-                                                  const LikelihoodOptions& options = {});
+[[nodiscard]] SarLikelihoodFit fit_sar_likelihood(const LagCovariance& statistic, const Support& support,
+                                                  NoiseForm noise, const LikelihoodOptions& options = {});
 
 }  // namespace btfield::detail

@@ -78,7 +78,7 @@ struct FitOptions {
     /// keeps the N offsets whose correlation |C_ii(s)| / C_ii(0), averaged over its planes, is largest, as a
     /// custom neighbourhood. Symmetric ones keep s and −s together: N is even.
     int correlated = 0;
-    /// Per-pair sets for custom supports (theory 4.3), laid out as LinearField::active; empty = all. 3D
+    /// Per-pair sets for custom supports (theory 4.3), laid out as Support::active; empty = all. 3D
     /// models only.
     std::vector<std::uint8_t> active;
     /// Pyramid levels; 0 = as many as default_levels() says and the picture determines, and for CAR models
@@ -137,22 +137,18 @@ class BTFIELD_API Analysis {
                                            const FitOptions& options = {});
 
 /// Least-squares / Bayesian CAR estimate from lag covariances alone (theory 6.2; P4 eq. 2, 4-7, 12, 13).
-/// \param offsets all before the centre in raster order, each once
-/// \param active  per-pair sets, laid out as LinearField::active; empty = all
+/// \param support offsets before the centre in raster order, each once
 /// \throws InputError when the support is empty, repeats an offset or is not causal, the statistic's box does
-///     not hold difference_box(offsets), a plane is constant, strength < 0, beta0 <= 1, or the normal
+///     not hold its difference_box(), a plane is constant, strength < 0, beta0 <= 1, or the normal
 ///     equations are singular
-[[nodiscard]] BTFIELD_API CarModel fit_car(const LagCovariance& statistic, NeighbourhoodKind kind,
-                                           const std::vector<Offset>& offsets,
-                                           const std::vector<std::uint8_t>& active, NoiseForm noise,
-                                           const BayesPrior& prior = {});
+[[nodiscard]] BTFIELD_API CarModel fit_car(const LagCovariance& statistic, const Support& support,
+                                           NoiseForm noise, const BayesPrior& prior = {});
 
 /// Least-squares MSAR estimate from lag covariances alone (theory 7.3; P4 eq. 30, 31). Inconsistent for
 /// symmetric supports: see certify().
-/// \param offsets any but the centre, each once
+/// \param support any offsets but the centre, each once
 /// \throws InputError as fit_car(), but for the order of the offsets
-[[nodiscard]] BTFIELD_API SarModel fit_sar(const LagCovariance& statistic, NeighbourhoodKind kind,
-                                           const std::vector<Offset>& offsets,
-                                           const std::vector<std::uint8_t>& active, NoiseForm noise);
+[[nodiscard]] BTFIELD_API SarModel fit_sar(const LagCovariance& statistic, const Support& support,
+                                           NoiseForm noise);
 
 }  // namespace btfield

@@ -20,16 +20,12 @@
 namespace btfield {
 
 /// Linear part shared by the autoregressive models: y_i(r) = Σ_s Σ_j a_{s,i,j} y_j(r ⊕ s) + (noise)_i. Of
-/// moving averages the coefficients weigh the noise: see MaModel.
-struct LinearField {
+/// moving averages the coefficients weigh the noise: see MaModel. A field is its support, so that what fits a
+/// support fits that of a model again.
+struct LinearField : Support {
     int planes = 0;
-    NeighbourhoodKind kind = NeighbourhoodKind::custom;
-    std::vector<Offset> offsets;
-    /// a_{s,i,j} at [(s·d + i)·d + j].
+    /// a_{s,i,j} at [(s·d + i)·d + j]; 0 where the support lacks it.
     std::vector<double> coefficients;
-    /// Per-pair sets I_r^{ij} (theory 4.3): 1 where a_{s,i,j} exists, laid out as coefficients; empty = every
-    /// pair has every offset. Absent coefficients are 0.
-    std::vector<std::uint8_t> active;
     /// Σ, d × d row-major, symmetric positive definite; diagonal when the noise form is diagonal.
     std::vector<double> noise_covariance;
 };

@@ -3,6 +3,8 @@
 /// \file
 /// Contextual neighbourhoods I_r (theory 4).
 
+#include <cstddef>
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
@@ -38,6 +40,27 @@ inline constexpr int max_order = 8;
 /// Offsets s != 0 with s1² + s2² <= q(order), q = 1, 2, 4, 5, 8, 9, 10, 13 (theory 4.1), in raster order.
 /// \throws InputError when order is outside 1..8 or kind is custom
 [[nodiscard]] BTFIELD_API std::vector<Offset> neighbourhood(int order, NeighbourhoodKind kind);
+
+/// The neighbours in a model's equations.
+struct Support {
+    NeighbourhoodKind kind = NeighbourhoodKind::custom;
+    std::vector<Offset> offsets;
+    /// Per-pair sets I_r^{ij} (theory 4.3): 1 where plane j at offset s is in the equation of plane i, at
+    /// [(s·d + i)·d + j]; empty = every pair has every offset.
+    std::vector<std::uint8_t> active{};
+
+    /// Whether plane j at offset s is in the equation of plane i.
+    [[nodiscard]] bool has(std::size_t s, std::size_t i, std::size_t j, std::size_t planes) const {
+        return active.empty() || active[(s * planes + i) * planes + j] != 0;
+    }
+    /// Whether every pair of planes has every offset.
+    [[nodiscard]] bool has_all() const {
+        for (const std::uint8_t present : active) {
+            if (present == 0) return false;
+        }
+        return true;
+    }
+};
 
 /// Largest |row| and |column| among differences of two offsets of the set, the centre included: the box of
 /// lags that a fit on this support reads (theory 5.2).

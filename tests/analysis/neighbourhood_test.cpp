@@ -92,6 +92,22 @@ TEST(Neighbourhood, NamesComeBack) {
     EXPECT_THROW((void)neighbourhood_kind(""), InputError);
 }
 
+TEST(Support, KnowsItsPairs) {
+    Support support{NeighbourhoodKind::custom, {{0, -1}, {-1, 0}}};
+    EXPECT_TRUE(support.has_all());
+    EXPECT_TRUE(support.has(1, 1, 0, 2));
+    support.active = {1, 1, 1, 1, 1, 1, 0, 1};  // the second offset, plane 1 beside plane 0
+    EXPECT_FALSE(support.has_all());
+    for (std::size_t s = 0; s < 2; ++s) {
+        for (std::size_t i = 0; i < 2; ++i) {
+            for (std::size_t j = 0; j < 2; ++j)
+                EXPECT_EQ(support.has(s, i, j, 2), s != 1 || i != 1 || j != 0) << s << i << j;
+        }
+    }
+    support.active.assign(8, 1);
+    EXPECT_TRUE(support.has_all());
+}
+
 TEST(Neighbourhood, RefusesOrdersAndKindsThatHaveNone) {
     EXPECT_THROW((void)neighbourhood(0, NeighbourhoodKind::causal), InputError);
     EXPECT_THROW((void)neighbourhood(max_order + 1, NeighbourhoodKind::causal), InputError);

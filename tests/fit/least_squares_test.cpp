@@ -81,7 +81,7 @@ TEST(LeastSquares, ExactCovariancesGiveTheCoefficientsBack) {
                 // bound; measured 1e-12.
                 const Size torus{64, 64};
                 const LagCovariance exact = model_covariance(field, torus, difference_box(offsets));
-                const CarModel model = fit_car(exact, kind, offsets, {}, NoiseForm::full, no_prior());
+                const CarModel model = fit_car(exact, {kind, offsets}, NoiseForm::full, no_prior());
                 ASSERT_EQ(model.coefficients.size(), field.coefficients.size());
                 for (std::size_t k = 0; k < field.coefficients.size(); ++k) {
                     EXPECT_NEAR(model.coefficients[k], field.coefficients[k], 1e-8);
@@ -104,8 +104,8 @@ TEST(LeastSquares, PriorHasItsClosedForm) {
     statistic.set(0, 0, {0, 1}, 1.2);
     for (const double strength : {0.0, 1e-3, 1.0, 50.0, 1e4}) {
         for (const double beta0 : {1.5, 40.0}) {
-            const CarModel model = fit_car(statistic, NeighbourhoodKind::custom, {{0, -1}}, {},
-                                           NoiseForm::full, {strength, beta0});
+            const CarModel model = fit_car(statistic, {NeighbourhoodKind::custom, {{0, -1}}}, NoiseForm::full,
+                                           {strength, beta0});
             const double ridge = 1.0 + strength / 200.0, a = 0.6 / ridge;
             EXPECT_NEAR(model.coefficients.at(0), a, 1e-14);
             EXPECT_NEAR(model.noise_covariance.at(0),
@@ -119,7 +119,7 @@ TEST(LeastSquares, PriorGoesFromLeastSquaresToWhiteNoise) {
     const auto offsets = neighbourhood(2, NeighbourhoodKind::causal);
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
     const auto fitted = [&](double strength) {
-        return fit_car(statistic, NeighbourhoodKind::causal, offsets, {}, NoiseForm::full, {strength, 2.0});
+        return fit_car(statistic, {NeighbourhoodKind::causal, offsets}, NoiseForm::full, {strength, 2.0});
     };
     const CarModel free = fitted(0.0), loose = fitted(1e-6), tight = fitted(1e12);
     const double pixels = 40.0 * 36.0;
@@ -138,7 +138,7 @@ TEST(LeastSquares, UnitsOfPlanesDoNotMatter) {
     Image image = test::mixed_texture({30, 34}, 2, 4);
     const auto offsets = neighbourhood(3, NeighbourhoodKind::causal);
     const auto fitted = [&] {
-        return fit_car(lag_covariance(image, difference_box(offsets)), NeighbourhoodKind::causal, offsets, {},
+        return fit_car(lag_covariance(image, difference_box(offsets)), {NeighbourhoodKind::causal, offsets},
                        NoiseForm::full, {5.0, 2.0});
     };
     const CarModel before = fitted();
@@ -167,7 +167,7 @@ TEST(LeastSquares, SarErrorsAreOrthogonalToTheirNeighbours) {
         for (const NeighbourhoodKind kind : {NeighbourhoodKind::symmetric, NeighbourhoodKind::half}) {
             const auto offsets = neighbourhood(2, kind);
             const SarModel model =
-                fit_sar(lag_covariance(image, difference_box(offsets)), kind, offsets, {}, NoiseForm::full);
+                fit_sar(lag_covariance(image, difference_box(offsets)), {kind, offsets}, NoiseForm::full);
             const auto e = errors(model, image);
             for (int i = 0; i < d; ++i) {
                 for (const Offset s : offsets) {
@@ -199,9 +199,16 @@ TEST(LeastSquares, PerPairSetsUseTheirOffsetsOnly) {
     }
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
     const CarModel car =
-        fit_car(statistic, NeighbourhoodKind::causal, offsets, active, NoiseForm::diagonal, no_prior());
-    const SarModel sar = fit_sar(statistic, NeighbourhoodKind::causal, offsets, active, NoiseForm::diagonal);
+        fit_car(statistic, {NeighbourhoodKind::causal, offsets, active}, NoiseForm::diagonal, no_prior());
+    const SarModel sar =
+        fit_sar(statistic, {NeighbourhoodKind::causal, offsets, active}, NoiseForm::diagonal);
     EXPECT_EQ(car.active, active);
+    // A model is a support: its own fits it again.
+    const SarModel again = fit_sar(statistic, sar, NoiseForm::diagonal);
+    EXPECT_EQ(again.kind, NeighbourhoodKind::causal);
+    EXPECT_EQ(again.offsets, sar.offsets);
+    EXPECT_EQ(again.active, sar.active);
+    EXPECT_EQ(again.coefficients, sar.coefficients);
     const auto e = errors(car, image);
     const double pixels = static_cast<double>(area(image.size()));
     for (int i = 0; i < d; ++i) {
@@ -231,7 +238,7 @@ TEST(LeastSquares, SymmetricSinglePlanesHaveEqualOppositeCoefficients) {
     const Image image = test::mixed_texture({32, 32}, 1, 6);
     const auto offsets = neighbourhood(5, NeighbourhoodKind::symmetric);
     const SarModel model = fit_sar(lag_covariance(image, difference_box(offsets)),
-                                   NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full);
+                                   {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full);
     for (std::size_t s = 0; s < offsets.size(); ++s) {
         EXPECT_EQ(model.coefficients[s], model.coefficients[offsets.size() - 1 - s]);
     }
@@ -244,14 +251,14 @@ TEST(LeastSquares, PlanesThatRepeatEachOther) {
     for (int p = 0; p < 3; ++p) std::copy(grey.plane(0).begin(), grey.plane(0).end(), image.plane(p).begin());
     const auto offsets = neighbourhood(3, NeighbourhoodKind::causal);
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
-    const CarModel model = fit_car(statistic, NeighbourhoodKind::causal, offsets, {}, NoiseForm::full);
+    const CarModel model = fit_car(statistic, {NeighbourhoodKind::causal, offsets}, NoiseForm::full);
     Eigen::Matrix3d sigma;
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) sigma(i, j) = reference::noise(model, i, j);
     }
     EXPECT_EQ(sigma.llt().info(), Eigen::Success);
-    const CarModel single = fit_car(lag_covariance(grey, difference_box(offsets)), NeighbourhoodKind::causal,
-                                    offsets, {}, NoiseForm::full);
+    const CarModel single = fit_car(lag_covariance(grey, difference_box(offsets)),
+                                    {NeighbourhoodKind::causal, offsets}, NoiseForm::full);
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j)
             EXPECT_NEAR(sigma(i, j), single.noise_covariance[0], 1e-5 * single.noise_covariance[0]);
@@ -264,8 +271,7 @@ TEST(LeastSquares, PlanesThatRepeatEachOther) {
         }
     }
     EXPECT_TRUE(certify(model, statistic).valid);
-    EXPECT_THROW((void)fit_sar(statistic, NeighbourhoodKind::causal, offsets, {}, NoiseForm::full),
-                 InputError);
+    EXPECT_THROW((void)fit_sar(statistic, {NeighbourhoodKind::causal, offsets}, NoiseForm::full), InputError);
 }
 
 TEST(LeastSquares, RefusesWhatCannotBeFitted) {
@@ -274,7 +280,7 @@ TEST(LeastSquares, RefusesWhatCannotBeFitted) {
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
     const auto car = [&](const std::vector<Offset>& support, const std::vector<std::uint8_t>& active = {},
                          BayesPrior prior = {}) {
-        (void)fit_car(statistic, NeighbourhoodKind::custom, support, active, NoiseForm::full, prior);
+        (void)fit_car(statistic, {NeighbourhoodKind::custom, support, active}, NoiseForm::full, prior);
     };
     EXPECT_NO_THROW(car(offsets));
     EXPECT_THROW(car({}), InputError);
@@ -286,10 +292,9 @@ TEST(LeastSquares, RefusesWhatCannotBeFitted) {
     EXPECT_THROW(car(offsets, {}, {-1.0, 2.0}), InputError);
     EXPECT_THROW(car(offsets, {}, {0.0, 1.0}), InputError);
     EXPECT_THROW(car(offsets, {}, {std::nan(""), 2.0}), InputError);
-    EXPECT_THROW((void)fit_car({}, NeighbourhoodKind::causal, offsets, {}, NoiseForm::full), InputError);
+    EXPECT_THROW((void)fit_car({}, {NeighbourhoodKind::causal, offsets}, NoiseForm::full), InputError);
     const LagCovariance constant(2, {20, 20}, {2, 2});
-    EXPECT_THROW((void)fit_car(constant, NeighbourhoodKind::causal, offsets, {}, NoiseForm::full),
-                 InputError);
+    EXPECT_THROW((void)fit_car(constant, {NeighbourhoodKind::causal, offsets}, NoiseForm::full), InputError);
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ TEST(MrfLeastSquares, DiagonalMmrfIsThePapersIteration) {
             // What an iteration solves for comes with its own ratios; the model's come with the next ones.
             // Where they agree, so do the models.
             const MrfEstimate found =
-                fit_mmrf(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::diagonal);
+                fit_mmrf(statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::diagonal);
             ASSERT_TRUE(found.converged);
             const auto expected = reference::mmrf_diagonal(image, offsets, found.iterations);
             expect_close(found.model, expected.a, expected.sigma.diagonal().asDiagonal(), same_numbers);
@@ -120,8 +120,8 @@ TEST(MrfLeastSquares, FullMmrfIsWeightedLeastSquares) {
     for (const int planes : {1, 2, 3}) {
         const Image image = texture({16, 15}, planes);
         const auto offsets = neighbourhood(planes == 3 ? 1 : 2, NeighbourhoodKind::symmetric);
-        const MrfEstimate found = fit_mmrf(statistic_of(image, offsets), NeighbourhoodKind::symmetric,
-                                           offsets, {}, NoiseForm::full);
+        const MrfEstimate found =
+            fit_mmrf(statistic_of(image, offsets), {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full);
         ASSERT_TRUE(found.converged);
         const auto expected = reference::mmrf_full(image, offsets, found.iterations);
         expect_close(found.model, expected.a, expected.sigma, same_numbers);
@@ -136,10 +136,10 @@ TEST(MrfLeastSquares, PmrfIsTheFirstIteration) {
         const LagCovariance statistic = statistic_of(image, offsets);
         const auto expected = reference::mmrf_diagonal(image, offsets, 1);
         const MrfEstimate full =
-            fit_pmrf(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full);
+            fit_pmrf(statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full);
         expect_close(full.model, expected.a, expected.sigma, same_numbers);
         const MrfEstimate diagonal =
-            fit_pmrf(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::diagonal);
+            fit_pmrf(statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::diagonal);
         expect_close(diagonal.model, expected.a, expected.sigma.diagonal().asDiagonal(), same_numbers);
         for (const MrfEstimate& e : {full, diagonal}) {
             EXPECT_EQ(e.iterations, 1);
@@ -220,13 +220,13 @@ TEST(MrfLeastSquares, RecoversMmrfFromItsCovariances) {
             for (int i = 0; i < planes; ++i) root(i, i) = 1.0 + 0.7 * i;
             const MrfModel diagonal = valid_model(planes, order, root);
             expect_recovered(diagonal,
-                             fit_mmrf(exact_statistic(diagonal, {20, 18}), NeighbourhoodKind::symmetric,
-                                      diagonal.offsets, {}, NoiseForm::diagonal));
+                             fit_mmrf(exact_statistic(diagonal, {20, 18}),
+                                      {NeighbourhoodKind::symmetric, diagonal.offsets}, NoiseForm::diagonal));
             for (int i = 0; i < planes; ++i)
                 for (int j = 0; j < i; ++j) root(i, j) = 0.9 - 0.3 * j;
             const MrfModel full = valid_model(planes, order, root);
-            expect_recovered(full, fit_mmrf(exact_statistic(full, {20, 18}), NeighbourhoodKind::symmetric,
-                                            full.offsets, {}, NoiseForm::full));
+            expect_recovered(full, fit_mmrf(exact_statistic(full, {20, 18}),
+                                            {NeighbourhoodKind::symmetric, full.offsets}, NoiseForm::full));
         }
 }
 
@@ -237,7 +237,7 @@ TEST(MrfLeastSquares, RecoversPmrfOfEqualNoise) {
         const LagCovariance statistic = exact_statistic(model, {20, 18});
         for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal})
             expect_recovered(model,
-                             fit_pmrf(statistic, NeighbourhoodKind::symmetric, model.offsets, {}, noise));
+                             fit_pmrf(statistic, {NeighbourhoodKind::symmetric, model.offsets}, noise));
     }
 }
 
@@ -254,8 +254,8 @@ TEST(MrfLeastSquares, FullMmrfTurnsWithThePlanes) {
                                      static_cast<float>(turn(i, 2)) * image.at(2, r, c);
     const auto offsets = neighbourhood(2, NeighbourhoodKind::symmetric);
     const auto kind = NeighbourhoodKind::symmetric;
-    const MrfEstimate plain = fit_mmrf(statistic_of(image, offsets), kind, offsets, {}, NoiseForm::full);
-    const MrfEstimate other = fit_mmrf(statistic_of(turned, offsets), kind, offsets, {}, NoiseForm::full);
+    const MrfEstimate plain = fit_mmrf(statistic_of(image, offsets), {kind, offsets}, NoiseForm::full);
+    const MrfEstimate other = fit_mmrf(statistic_of(turned, offsets), {kind, offsets}, NoiseForm::full);
     std::vector<MatrixXd> a;
     for (std::size_t s = 0; s < offsets.size(); ++s)
         a.push_back(turn * a_of(plain.model, s) * turn.inverse());
@@ -276,10 +276,10 @@ TEST(MrfLeastSquares, PerPairSets) {
         for (int r = 0; r <= alone.box().row; ++r)
             for (int c = -alone.box().column; c <= alone.box().column; ++c)
                 alone.set(0, 0, {r, c}, statistic(i, i, {r, c}));
-        const MrfEstimate one = fit_pmrf(alone, NeighbourhoodKind::custom, offsets, {}, NoiseForm::full);
+        const MrfEstimate one = fit_pmrf(alone, {NeighbourhoodKind::custom, offsets}, NoiseForm::full);
         for (const MrfEstimate& both :
-             {fit_mmrf(statistic, NeighbourhoodKind::custom, offsets, active, NoiseForm::diagonal),
-              fit_pmrf(statistic, NeighbourhoodKind::custom, offsets, active, NoiseForm::diagonal)}) {
+             {fit_mmrf(statistic, {NeighbourhoodKind::custom, offsets, active}, NoiseForm::diagonal),
+              fit_pmrf(statistic, {NeighbourhoodKind::custom, offsets, active}, NoiseForm::diagonal)}) {
             EXPECT_EQ(both.model.active, active);
             for (std::size_t s = 0; s < offsets.size(); ++s) {
                 EXPECT_NEAR(reference::coefficient(both.model, s, i, i),
@@ -290,12 +290,12 @@ TEST(MrfLeastSquares, PerPairSets) {
                         same_numbers * statistic(i, i, {}));
         }
     }
-    EXPECT_THROW((void)fit_mmrf(statistic, NeighbourhoodKind::custom, offsets, active, NoiseForm::full),
+    EXPECT_THROW((void)fit_mmrf(statistic, {NeighbourhoodKind::custom, offsets, active}, NoiseForm::full),
                  InputError);
     active[1] = 1;  // (s, 1, 2) without (−s, 2, 1)
-    EXPECT_THROW((void)fit_mmrf(statistic, NeighbourhoodKind::custom, offsets, active, NoiseForm::diagonal),
+    EXPECT_THROW((void)fit_mmrf(statistic, {NeighbourhoodKind::custom, offsets, active}, NoiseForm::diagonal),
                  InputError);
-    EXPECT_THROW((void)fit_pmrf(statistic, NeighbourhoodKind::custom, offsets, active, NoiseForm::full),
+    EXPECT_THROW((void)fit_pmrf(statistic, {NeighbourhoodKind::custom, offsets, active}, NoiseForm::full),
                  InputError);
 }
 
@@ -306,37 +306,35 @@ TEST(MrfLeastSquares, RefusesWhatHasNoEstimate) {
     for (const auto kind :
          {NeighbourhoodKind::causal, NeighbourhoodKind::half, NeighbourhoodKind::unilateral}) {
         const auto lopsided = neighbourhood(2, kind);
-        EXPECT_THROW((void)fit_mmrf(statistic, kind, lopsided, {}, NoiseForm::full), InputError);
-        EXPECT_THROW((void)fit_pmrf(statistic, kind, lopsided, {}, NoiseForm::full), InputError);
+        EXPECT_THROW((void)fit_mmrf(statistic, {kind, lopsided}, NoiseForm::full), InputError);
+        EXPECT_THROW((void)fit_pmrf(statistic, {kind, lopsided}, NoiseForm::full), InputError);
     }
     const auto kind = NeighbourhoodKind::symmetric;
-    EXPECT_THROW((void)fit_mmrf(statistic, kind, {}, {}, NoiseForm::full), InputError);
-    EXPECT_THROW((void)fit_mmrf(statistic, kind, {{0, 0}}, {}, NoiseForm::full), InputError);
-    EXPECT_THROW((void)fit_mmrf(statistic, kind, neighbourhood(8, kind), {}, NoiseForm::full), InputError);
-    EXPECT_THROW((void)fit_mmrf(statistic, kind, offsets, {1, 1}, NoiseForm::diagonal), InputError);
-    EXPECT_THROW((void)fit_mmrf(statistic, kind, offsets, {}, NoiseForm::full, {.iterations = 0}),
-                 InputError);
+    EXPECT_THROW((void)fit_mmrf(statistic, {kind, {}}, NoiseForm::full), InputError);
+    EXPECT_THROW((void)fit_mmrf(statistic, {kind, {{0, 0}}}, NoiseForm::full), InputError);
+    EXPECT_THROW((void)fit_mmrf(statistic, {kind, neighbourhood(8, kind)}, NoiseForm::full), InputError);
+    EXPECT_THROW((void)fit_mmrf(statistic, {kind, offsets, {1, 1}}, NoiseForm::diagonal), InputError);
+    EXPECT_THROW((void)fit_mmrf(statistic, {kind, offsets}, NoiseForm::full, {.iterations = 0}), InputError);
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_THROW((void)fit_mmrf(statistic, kind, offsets, {}, NoiseForm::full, {.tolerance = nan}),
-                 InputError);
+    EXPECT_THROW((void)fit_mmrf(statistic, {kind, offsets}, NoiseForm::full, {.tolerance = nan}), InputError);
     // 44 offsets and 17 planes: 6358 unknowns.
     const auto many = neighbourhood(8, kind);
     LagCovariance large(17, {64, 64}, difference_box(many));
     for (int i = 0; i < 17; ++i) large.set(i, i, {}, 1.0);
-    EXPECT_THROW((void)fit_pmrf(large, kind, many, {}, NoiseForm::full), InputError);
+    EXPECT_THROW((void)fit_pmrf(large, {kind, many}, NoiseForm::full), InputError);
     // A plane that repeats another.
     Image grey(image.size(), 2);
     for (int p = 0; p < 2; ++p)
         for (int r = 0; r < image.height(); ++r)
             for (int c = 0; c < image.width(); ++c) grey.at(p, r, c) = image.at(0, r, c);
-    EXPECT_THROW((void)fit_pmrf(statistic_of(grey, offsets), kind, offsets, {}, NoiseForm::full), InputError);
+    EXPECT_THROW((void)fit_pmrf(statistic_of(grey, offsets), {kind, offsets}, NoiseForm::full), InputError);
 }
 
 TEST(MrfLeastSquares, SaysWhenIterationsDisagree) {
     const Image image = texture({31, 28}, 3);
     const auto offsets = neighbourhood(1, NeighbourhoodKind::symmetric);
-    const MrfEstimate found = fit_mmrf(statistic_of(image, offsets), NeighbourhoodKind::symmetric, offsets,
-                                       {}, NoiseForm::full, {.iterations = 2});
+    const MrfEstimate found = fit_mmrf(statistic_of(image, offsets), {NeighbourhoodKind::symmetric, offsets},
+                                       NoiseForm::full, {.iterations = 2});
     EXPECT_EQ(found.iterations, 2);
     EXPECT_FALSE(found.converged);
     expect_symmetric(found.model);
@@ -350,7 +348,7 @@ TEST(MrfLeastSquares, RealPicturesConverge) {
             for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal}) {
                 const auto offsets = neighbourhood(order, NeighbourhoodKind::symmetric);
                 const MrfEstimate found =
-                    fit_mmrf(statistic_of(image, offsets), NeighbourhoodKind::symmetric, offsets, {}, noise);
+                    fit_mmrf(statistic_of(image, offsets), {NeighbourhoodKind::symmetric, offsets}, noise);
                 EXPECT_TRUE(found.converged) << name << ", order " << order << ", " << btfield::name(noise);
             }
     }

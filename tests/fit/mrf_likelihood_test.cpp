@@ -197,7 +197,7 @@ TEST(MrfLikelihood, MomentsOfPicturesAreMet) {
                 const std::vector<Offset> support = symmetric(4);
                 const LagCovariance data = lag_covariance(image, difference_box(support));
                 const MrfLikelihoodFit fit =
-                    fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, noise);
+                    fit_mmrf_ml(data, {NeighbourhoodKind::symmetric, support}, noise);
                 EXPECT_TRUE(fit.converged) << name;
                 EXPECT_TRUE(fit.certified) << name;
                 EXPECT_EQ(fit.penalty, 0.0) << name;
@@ -222,7 +222,7 @@ TEST(MrfLikelihood, KnownFieldComesBackFromItsCovariances) {
             // Sums of 64 points are exact to e^{−64} for a Λ that stays above 0.2.
             const LagCovariance data =
                 reference::covariances(parameters.field(truth), 64, difference_box(support));
-            const MrfLikelihoodFit fit = fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {},
+            const MrfLikelihoodFit fit = fit_mmrf_ml(data, {NeighbourhoodKind::symmetric, support},
                                                      full ? NoiseForm::full : NoiseForm::diagonal);
             EXPECT_TRUE(fit.converged && fit.certified);
             const VectorXd found = parameters.of(fit.model);
@@ -237,7 +237,7 @@ TEST(MrfLikelihood, FitIsStationaryForAPlainObjective) {
     const std::vector<Offset> support = symmetric(2);
     const LagCovariance data = lag_covariance(image, difference_box(support));
     const MrfLikelihoodFit fit =
-        fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, NoiseForm::diagonal);
+        fit_mmrf_ml(data, {NeighbourhoodKind::symmetric, support}, NoiseForm::diagonal);
     ASSERT_TRUE(fit.converged);
     const Parameters parameters(MrfForm::mmrf, image.planes(), support, false);
     const VectorXd x = parameters.of(fit.model);
@@ -285,13 +285,13 @@ TEST(MrfLikelihood, PairSetsAreKept) {
             active.push_back(static_cast<std::uint8_t>(pair));
     }
     const MrfLikelihoodFit fit =
-        fit_mmrf_ml(data, NeighbourhoodKind::custom, support, active, NoiseForm::diagonal);
+        fit_mmrf_ml(data, {NeighbourhoodKind::custom, support, active}, NoiseForm::diagonal);
     EXPECT_TRUE(fit.converged && fit.certified);
     for (size_t k = 0; k < active.size(); ++k) EXPECT_EQ(fit.model.coefficients[k] == 0.0, active[k] == 0);
     const FoldedPeriodogram spectrum = folded_periodogram(image);
     for (const NoiseForm noise : {NoiseForm::diagonal, NoiseForm::full}) {
         const MrfLikelihoodFit pseudo =
-            fit_pmrf_ml(data, spectrum, NeighbourhoodKind::custom, support, active, noise);
+            fit_pmrf_ml(data, spectrum, {NeighbourhoodKind::custom, support, active}, noise);
         EXPECT_TRUE(pseudo.certified);
         for (size_t k = 0; k < active.size(); ++k)
             EXPECT_EQ(pseudo.model.coefficients[k] == 0.0, active[k] == 0);
@@ -305,15 +305,15 @@ TEST(MrfLikelihood, PlanesThatRepeatEachOther) {
     const std::vector<Offset> support = symmetric(1);
     const LagCovariance data = lag_covariance(image, difference_box(support));
     for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal}) {
-        const MrfLikelihoodFit fit = fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, noise);
+        const MrfLikelihoodFit fit = fit_mmrf_ml(data, {NeighbourhoodKind::symmetric, support}, noise);
         EXPECT_TRUE(fit.certified);
         // 1e-8 of white noise tells them apart; with a diagonal Σ their likeness has to come out of ever
         // longer waves.
         for (const double ratio : fit.variance_ratio)
             EXPECT_NEAR(ratio, 1.0, noise == NoiseForm::full ? 1e-7 : 0.5);
     }
-    const MrfLikelihoodFit pseudo = fit_pmrf_ml(data, folded_periodogram(image), NeighbourhoodKind::symmetric,
-                                                support, {}, NoiseForm::full);
+    const MrfLikelihoodFit pseudo = fit_pmrf_ml(data, folded_periodogram(image),
+                                                {NeighbourhoodKind::symmetric, support}, NoiseForm::full);
     EXPECT_TRUE(pseudo.certified);
 }
 
@@ -321,9 +321,9 @@ TEST(MrfLikelihood, OnePlaneIsTheSameGaussianFieldInBothForms) {
     const Image image = picture("grass.png");
     const std::vector<Offset> support = symmetric(3);
     const LagCovariance data = lag_covariance(image, difference_box(support));
-    const MrfLikelihoodFit a = fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, NoiseForm::full);
+    const MrfLikelihoodFit a = fit_mmrf_ml(data, {NeighbourhoodKind::symmetric, support}, NoiseForm::full);
     const MrfLikelihoodFit b =
-        fit_pmrf_ml(data, {}, NeighbourhoodKind::symmetric, support, {}, NoiseForm::diagonal);
+        fit_pmrf_ml(data, {}, {NeighbourhoodKind::symmetric, support}, NoiseForm::diagonal);
     EXPECT_EQ(a.model.coefficients, b.model.coefficients);
     EXPECT_EQ(b.model.form, MrfForm::pmrf);
     for (size_t s = 0; s < support.size(); ++s)
@@ -337,7 +337,7 @@ TEST(MrfLikelihood, BadRequestsAreNamed) {
     const auto message = [&](const std::vector<Offset>& offsets, const std::vector<std::uint8_t>& active,
                              NoiseForm noise) -> std::string {
         try {
-            static_cast<void>(fit_mmrf_ml(data, NeighbourhoodKind::custom, offsets, active, noise));
+            static_cast<void>(fit_mmrf_ml(data, {NeighbourhoodKind::custom, offsets, active}, noise));
         } catch (const InputError& error) {
             return error.what();
         }
@@ -383,7 +383,7 @@ TEST(MrfLikelihood, PseudoFieldIsAMinimum) {
     const LagCovariance data = lag_covariance(image, difference_box(support));
     const FoldedPeriodogram folded = folded_periodogram(image);
     for (const bool full : {true, false}) {
-        const MrfLikelihoodFit fit = fit_pmrf_ml(data, folded, NeighbourhoodKind::symmetric, support, {},
+        const MrfLikelihoodFit fit = fit_pmrf_ml(data, folded, {NeighbourhoodKind::symmetric, support},
                                                  full ? NoiseForm::full : NoiseForm::diagonal);
         EXPECT_TRUE(fit.certified);
         EXPECT_TRUE(fit.converged);
@@ -534,10 +534,9 @@ TEST(MrfLikelihoodLong, KnownFieldComesBackFromASample) {
                 const LagCovariance data = lag_covariance(image, difference_box(support));
                 const NoiseForm noise = full ? NoiseForm::full : NoiseForm::diagonal;
                 const MrfLikelihoodFit fit =
-                    form == MrfForm::mmrf
-                        ? fit_mmrf_ml(data, NeighbourhoodKind::symmetric, support, {}, noise)
-                        : fit_pmrf_ml(data, folded_periodogram(image), NeighbourhoodKind::symmetric, support,
-                                      {}, noise);
+                    form == MrfForm::mmrf ? fit_mmrf_ml(data, {NeighbourhoodKind::symmetric, support}, noise)
+                                          : fit_pmrf_ml(data, folded_periodogram(image),
+                                                        {NeighbourhoodKind::symmetric, support}, noise);
                 EXPECT_TRUE(fit.certified && fit.converged);
                 const VectorXd found = parameters.of(fit.model);
                 const VectorXd error = standard_errors(parameters, truth, double{1} * side * side);

@@ -110,14 +110,15 @@ TEST(RandomDecrement, LagZeroCovarianceIsThePictures) {
         const Image image = moving_average({96, 80}, planes);
         const std::vector<Offset> offsets = neighbourhood(3, NeighbourhoodKind::symmetric);
         const LagCovariance statistic = lag_covariance(image, {0, 0});
-        const MaModel full = fit_ma(image, statistic, NeighbourhoodKind::symmetric, offsets, NoiseForm::full);
+        const MaModel full =
+            fit_ma(image, statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full);
         EXPECT_EQ(full.offsets.size(), offsets.size() + 1);
         EXPECT_EQ(std::count(full.offsets.begin(), full.offsets.end(), Offset{}), 1);
         // The planes of this picture are independent enough for a positive definite solution: exact but for
         // the solve's rounding.
         EXPECT_LE(worst_lag_zero_error(full, statistic, false), 1e-8);
         const MaModel diagonal =
-            fit_ma(image, statistic, NeighbourhoodKind::symmetric, offsets, NoiseForm::diagonal);
+            fit_ma(image, statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::diagonal);
         EXPECT_LE(worst_lag_zero_error(diagonal, statistic, true), 1e-8);
         for (int i = 0; i < planes; ++i) {
             for (int j = 0; j < planes; ++j)
@@ -133,8 +134,9 @@ TEST(RandomDecrement, PlanesThatRepeatEachOtherKeepTheirVariance) {
     Image image(grey.size(), 3);
     for (int p = 0; p < 3; ++p) std::copy_n(grey.plane(0).begin(), area(grey.size()), image.plane(p).begin());
     const LagCovariance statistic = lag_covariance(image, {0, 0});
-    const MaModel model = fit_ma(image, statistic, NeighbourhoodKind::symmetric,
-                                 neighbourhood(2, NeighbourhoodKind::symmetric), NoiseForm::full);
+    const MaModel model = fit_ma(
+        image, statistic, {NeighbourhoodKind::symmetric, neighbourhood(2, NeighbourhoodKind::symmetric)},
+        NoiseForm::full);
     EXPECT_LE(worst_lag_zero_error(model, statistic, false), 1e-8);
 }
 
@@ -171,7 +173,7 @@ TEST(RandomDecrement, SaysWhyItCannot) {
     const LagCovariance statistic = lag_covariance(image, {0, 0});
     const std::vector<Offset> offsets = neighbourhood(1, NeighbourhoodKind::symmetric);
     const auto fit_with = [&](const MaOptions& options, const std::vector<Offset>& support) {
-        return fit_ma(image, statistic, NeighbourhoodKind::symmetric, support, NoiseForm::full, options);
+        return fit_ma(image, statistic, {NeighbourhoodKind::symmetric, support}, NoiseForm::full, options);
     };
     try {
         static_cast<void>(fit_with({.threshold = 50.0}, offsets));
@@ -181,12 +183,12 @@ TEST(RandomDecrement, SaysWhyItCannot) {
     }
     EXPECT_THROW(static_cast<void>(fit_with({.threshold = std::nan("")}, offsets)), InputError);
     EXPECT_THROW(static_cast<void>(fit_with({}, {{0, 1}, {0, 1}})), InputError);
-    EXPECT_THROW(static_cast<void>(fit_ma(image.crop(0, 0, {16, 16}), statistic, NeighbourhoodKind::symmetric,
-                                          offsets, NoiseForm::full)),
+    EXPECT_THROW(static_cast<void>(fit_ma(image.crop(0, 0, {16, 16}), statistic,
+                                          {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full)),
                  InputError);
     const Image flat({16, 16}, 1);
-    EXPECT_THROW(static_cast<void>(fit_ma(flat, lag_covariance(flat, {0, 0}), NeighbourhoodKind::symmetric,
-                                          offsets, NoiseForm::full)),
+    EXPECT_THROW(static_cast<void>(fit_ma(flat, lag_covariance(flat, {0, 0}),
+                                          {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full)),
                  InputError);
 }
 
@@ -203,8 +205,10 @@ TEST(RandomDecrement, RealPicturesKeepTheirCovariances) {
         std::vector<std::vector<double>> seen;
         for (int k = 0; k < count; ++k) {
             const Image& level = levels[static_cast<std::size_t>(k)];
-            const MaModel model = fit_ma(level, lag_covariance(level, {0, 0}), NeighbourhoodKind::symmetric,
-                                         neighbourhood(5, NeighbourhoodKind::symmetric), NoiseForm::full);
+            const MaModel model =
+                fit_ma(level, lag_covariance(level, {0, 0}),
+                       {NeighbourhoodKind::symmetric, neighbourhood(5, NeighbourhoodKind::symmetric)},
+                       NoiseForm::full);
             seen.push_back(expanded_covariance(
                 reference::moving_average_covariance(model, level.size(), expansion_box(2, k, lags)), 2, k,
                 lags));

@@ -123,7 +123,7 @@ TEST(SarLikelihood, RecoversAModelFromItsCovariances) {
             }
         }
         const LagCovariance statistic = covariances_of(truth, offsets);
-        const SarLikelihoodFit fit = fit_sar_likelihood(statistic, c.kind, offsets, {}, c.noise);
+        const SarLikelihoodFit fit = fit_sar_likelihood(statistic, {c.kind, offsets}, c.noise);
         EXPECT_TRUE(fit.converged);
         EXPECT_TRUE(fit.examination.certificate.valid);
         // f is quadratic there with curvature of order one: a gradient of 1e-7 is an error of about as much.
@@ -142,14 +142,14 @@ TEST(SarLikelihood, CertifiesWhereLeastSquaresDoNot) {
     const auto offsets = neighbourhood(2, NeighbourhoodKind::symmetric);
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
     const NeighbourhoodKind kind = NeighbourhoodKind::symmetric;
-    EXPECT_FALSE(certify(fit_sar(statistic, kind, offsets, {}, NoiseForm::full), statistic).valid);
-    const SarLikelihoodFit fit = fit_sar_likelihood(statistic, kind, offsets, {}, NoiseForm::full);
+    EXPECT_FALSE(certify(fit_sar(statistic, {kind, offsets}, NoiseForm::full), statistic).valid);
+    const SarLikelihoodFit fit = fit_sar_likelihood(statistic, {kind, offsets}, NoiseForm::full);
     EXPECT_TRUE(fit.converged);
     EXPECT_TRUE(fit.examination.certificate.valid);
     EXPECT_EQ(fit.examination.certificate.zeros, 0);
     EXPECT_TRUE(certify(fit.model, statistic).valid);
     EXPECT_TRUE(std::isfinite(fit.log_likelihood));
-    const SarLikelihoodFit again = fit_sar_likelihood(statistic, kind, offsets, {}, NoiseForm::full);
+    const SarLikelihoodFit again = fit_sar_likelihood(statistic, {kind, offsets}, NoiseForm::full);
     EXPECT_EQ(fit.model.coefficients, again.model.coefficients);
     EXPECT_EQ(fit.model.noise_covariance, again.model.noise_covariance);
 }
@@ -159,7 +159,7 @@ TEST(SarLikelihood, CertifiesWhereWhiteNoiseLeadsToZeros) {
     const auto offsets = neighbourhood(5, NeighbourhoodKind::symmetric);
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
     const SarLikelihoodFit fit =
-        fit_sar_likelihood(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::diagonal);
+        fit_sar_likelihood(statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::diagonal);
     EXPECT_TRUE(fit.examination.certificate.valid);
     for (const double ratio : fit.examination.certificate.variance_ratio) EXPECT_NEAR(ratio, 1.0, 0.1);
 }
@@ -170,15 +170,15 @@ TEST(SarLikelihood, TellsPlanesThatRepeatApart) {
     for (int i = 0; i < 3; ++i) std::ranges::copy(grey.plane(0), image.plane(i).begin());
     const auto offsets = neighbourhood(2, NeighbourhoodKind::symmetric);
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
-    EXPECT_THROW((void)fit_sar(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full),
+    EXPECT_THROW((void)fit_sar(statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full),
                  InputError);
     const SarLikelihoodFit fit =
-        fit_sar_likelihood(statistic, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full);
+        fit_sar_likelihood(statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full);
     EXPECT_TRUE(fit.examination.certificate.valid);
     for (const double ratio : fit.examination.certificate.variance_ratio) EXPECT_NEAR(ratio, 1.0, 0.1);
     const LagCovariance own = lag_covariance(grey, difference_box(offsets));
     const SarLikelihoodFit alone =
-        fit_sar_likelihood(own, NeighbourhoodKind::symmetric, offsets, {}, NoiseForm::full);
+        fit_sar_likelihood(own, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full);
     const std::vector<double>& ratios = fit.examination.certificate.variance_ratio;
     EXPECT_NEAR(ratios[0], alone.examination.certificate.variance_ratio[0], 0.1);
 }
@@ -211,10 +211,10 @@ TEST(SarLikelihood, IsNeverBelowThatOfLeastSquares) {
         const auto offsets = neighbourhood(1, NeighbourhoodKind::half);
         const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
         const SarModel least_squares =
-            fit_sar(statistic, NeighbourhoodKind::half, offsets, {}, NoiseForm::full);
+            fit_sar(statistic, {NeighbourhoodKind::half, offsets}, NoiseForm::full);
         const Examination examined = examine(least_squares, statistic);
         const SarLikelihoodFit fit =
-            fit_sar_likelihood(statistic, NeighbourhoodKind::half, offsets, {}, NoiseForm::full);
+            fit_sar_likelihood(statistic, {NeighbourhoodKind::half, offsets}, NoiseForm::full);
         ASSERT_TRUE(fit.examination.certificate.valid) << file;
         if (!examined.certificate.valid) continue;
         ++compared;
@@ -240,7 +240,7 @@ TEST(SarLikelihood, KeepsPerPairSets) {
     }
     const LagCovariance statistic = covariances_of(truth, offsets);
     const SarLikelihoodFit fit =
-        fit_sar_likelihood(statistic, NeighbourhoodKind::custom, offsets, active, NoiseForm::diagonal);
+        fit_sar_likelihood(statistic, {NeighbourhoodKind::custom, offsets, active}, NoiseForm::diagonal);
     EXPECT_TRUE(fit.examination.certificate.valid);
     EXPECT_EQ(fit.model.active, active);
     for (std::size_t k = 0; k < active.size(); ++k) {
@@ -251,9 +251,9 @@ TEST(SarLikelihood, KeepsPerPairSets) {
         }
     }
     EXPECT_THROW(
-        (void)fit_sar_likelihood(statistic, NeighbourhoodKind::custom, offsets, active, NoiseForm::full),
+        (void)fit_sar_likelihood(statistic, {NeighbourhoodKind::custom, offsets, active}, NoiseForm::full),
         InputError);
-    EXPECT_THROW((void)fit_sar_likelihood({}, NeighbourhoodKind::half, offsets, {}, NoiseForm::full),
+    EXPECT_THROW((void)fit_sar_likelihood({}, {NeighbourhoodKind::half, offsets}, NoiseForm::full),
                  InputError);
 }
 
@@ -278,8 +278,8 @@ TEST(SarLikelihoodLong, RecoversModelsFromTheirTextures) {
         const Image image = Synthesiser(device, texture, texture.size).synthesise(7);
         LikelihoodOptions options;
         options.standard_errors = true;
-        const SarLikelihoodFit fit = fit_sar_likelihood(lag_covariance(image, difference_box(support)), kind,
-                                                        support, {}, NoiseForm::full, options);
+        const SarLikelihoodFit fit = fit_sar_likelihood(lag_covariance(image, difference_box(support)),
+                                                        {kind, support}, NoiseForm::full, options);
         ASSERT_TRUE(fit.examination.certificate.valid);
         ASSERT_EQ(fit.standard_errors.size(), field.coefficients.size());
         double squares = 0.0;

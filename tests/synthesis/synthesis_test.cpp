@@ -344,9 +344,9 @@ TEST(Synthesis, FitRecoversTheParameters) {
         const LinearField& truth = linear_field(model.levels[0].models.front());
         const LagCovariance statistic = lag_covariance(image, difference_box(truth.offsets));
         expect_recovered(truth, statistic,
-                         fit_car(statistic, NeighbourhoodKind::causal, truth.offsets, {}, NoiseForm::full));
+                         fit_car(statistic, {NeighbourhoodKind::causal, truth.offsets}, NoiseForm::full));
         expect_recovered(truth, statistic,
-                         fit_sar(statistic, NeighbourhoodKind::causal, truth.offsets, {}, NoiseForm::full));
+                         fit_sar(statistic, {NeighbourhoodKind::causal, truth.offsets}, NoiseForm::full));
     }
 }
 
