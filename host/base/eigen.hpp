@@ -1,8 +1,8 @@
 #pragma once
 
-// Eigen, as every file of the library includes it. What takes a compiler seconds (decompositions and the inner loops of
-// products of matrices whose size is known at run time) is compiled once, in eigen.cpp. That holds for arguments that
-// are matrices: hand a decomposition a MatrixXd, not an expression.
+// Eigen, as every file of the library includes it. What takes a compiler seconds (decompositions and the
+// inner loops of products of matrices whose size is known at run time) is compiled once, in eigen.cpp. That
+// holds for arguments that are matrices: hand a decomposition a MatrixXd, not an expression.
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
