@@ -31,6 +31,24 @@ mv "$work/installed" "$work/moved"
 check "$work/moved"
 "$work/moved/bin/btfield" --version
 
+echo "Public names and no others"
+for library in "$work"/moved/lib*/libbtfield.so "$work"/moved/lib*/*/libbtfield.so \
+    "$work"/moved/lib*/libbtfield_experiment.so "$work"/moved/lib*/*/libbtfield_experiment.so; do
+    [[ -f $library ]] || continue
+    names=$(nm -DC --defined-only "$library" | cut -d' ' -f3-)
+    grep -q '^btfield::' <<<"$names" || { echo "$library has no names"; exit 1; }
+    if grep -v '^btfield::\|^\(vtable\|typeinfo\|typeinfo name\) for btfield::' <<<"$names" ||
+        grep 'btfield::detail\|::Impl' <<<"$names"; then
+        echo "$library shows these"
+        exit 1
+    fi
+done
+ldd "$work"/moved/bin/btfield | grep -q libsqlite3 || { echo "the command does without SQLite?"; exit 1; }
+if readelf -d "$work"/moved/lib*/libbtfield.so "$work"/moved/lib*/*/libbtfield.so 2>/dev/null | grep sqlite; then
+    echo "libbtfield needs SQLite"
+    exit 1
+fi
+
 echo "A program with Eigen of its own, compiled for this processor"
 pc=$(find "$work/moved" -name btfield.pc)
 # shellcheck disable=SC2046  # the flags are words
