@@ -147,8 +147,7 @@ void DeviceImpl::enqueue(Kernel handle, const Range& global, Grain grain,
         for (const Argument& argument : arguments) {
             if (argument.buffer) {
                 const cl::Buffer* const buffer = argument.buffer->handle();
-                const cl_mem memory = buffer ? (*buffer)() : nullptr;
-                kernel.setArg(index, sizeof memory, &memory);
+                kernel.setArg(index, buffer ? *buffer : cl::Buffer());
             } else {
                 kernel.setArg(index, argument.bytes, argument.value);
             }

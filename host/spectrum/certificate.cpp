@@ -214,6 +214,7 @@ int complete_means(const SpectralForm& turned, const MatrixXd& inverse, const To
 /// Model's variances over the data's.
 std::vector<double> variance_ratios(const MatrixXd& covariance, const LagCovariance& data) {
     std::vector<double> ratios;
+    ratios.reserve(static_cast<std::size_t>(data.planes()));
     for (int i = 0; i < data.planes(); ++i) ratios.push_back(covariance(i, i) / data(i, i, {}));
     return ratios;
 }
