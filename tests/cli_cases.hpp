@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +29,25 @@ inline std::string text_of(const Words& words) {
     std::string text = "btfield";
     for (const std::string& word : words) text += " " + word;
     return text;
+}
+
+/// Every command, as its parent's help lists it: {}, {"fit"}, {"experiment"}, {"experiment", "run"}, ...
+inline std::vector<Words> commands(const Words& parent = {}) {
+    std::vector<Words> all{parent};
+    Words words = parent;
+    words.emplace_back("--help");
+    std::istringstream help(btfield(words).out);
+    bool listed = false;
+    for (std::string line; std::getline(help, line);) {
+        if (listed && line.empty()) break;
+        if (listed && line[2] != ' ') {
+            words.back() = line.substr(2, line.find(' ', 2) - 2);
+            const std::vector<Words> below = commands(words);
+            all.insert(all.end(), below.begin(), below.end());
+        }
+        listed = listed || line == "Commands:";
+    }
+    return all;
 }
 
 /// The exit code, nothing on standard output, and one line on standard error that has all three parts.
@@ -59,6 +79,26 @@ inline nlohmann::json expect_object(Words words, const Surroundings& around = {}
 
 inline void expect_keys(const nlohmann::json& object, const Words& keys) {
     for (const std::string& key : keys) EXPECT_TRUE(object.contains(key)) << key << " in " << object;
+}
+
+/// Numbers of seconds, none negative.
+inline void expect_seconds(const nlohmann::json& object, const Words& keys) {
+    ASSERT_TRUE(object.contains("seconds"));
+    for (const std::string& key : keys) {
+        ASSERT_TRUE(object["seconds"].contains(key)) << key;
+        EXPECT_GE(object["seconds"][key].get<double>(), 0.0) << key;
+    }
+}
+
+inline void expect_model_keys(const nlohmann::json& object) {
+    expect_keys(object, {"model", "output", "planes", "size", "marginals", "levels", "parameters", "bytes",
+                         "compression_ratio"});
+    for (const nlohmann::json& level : object["levels"]) {
+        expect_keys(level,
+                    {"size", "offsets", "estimator", "gain", "certificate", "log_likelihood", "iterations"});
+        expect_keys(level["certificate"], {"valid", "min_singular", "variance_ratio"});
+        EXPECT_EQ(level["certificate"]["variance_ratio"].size(), object["planes"].get<std::size_t>());
+    }
 }
 
 /// A small model on disk, without a fit.

@@ -13,7 +13,6 @@
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
 #include "tests/cli_cases.hpp"
-#include "tests/example_model.hpp"
 #include "tests/run_program.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -22,11 +21,12 @@ namespace {
 
 using nlohmann::json;
 using test::btfield;
-using test::bytes_of;
 using test::Ended;
 using test::expect_failure;
 using test::expect_keys;
+using test::expect_model_keys;
 using test::expect_object;
+using test::expect_seconds;
 using test::put_model;
 using test::Surroundings;
 using test::TemporaryFolder;
@@ -35,37 +35,17 @@ using test::Words;
 
 const std::string data = BTFIELD_TEST_DATA;
 
-/// Numbers of seconds, none negative.
-void expect_seconds(const json& object, const Words& keys) {
-    ASSERT_TRUE(object.contains("seconds"));
-    for (const std::string& key : keys) {
-        ASSERT_TRUE(object["seconds"].contains(key)) << key;
-        EXPECT_GE(object["seconds"][key].get<double>(), 0.0) << key;
-    }
-}
-
-void expect_model_keys(const json& object) {
-    expect_keys(object, {"model", "output", "planes", "size", "marginals", "levels", "parameters", "bytes",
-                         "compression_ratio"});
-    for (const json& level : object["levels"]) {
-        expect_keys(level,
-                    {"size", "offsets", "estimator", "gain", "certificate", "log_likelihood", "iterations"});
-        expect_keys(level["certificate"], {"valid", "min_singular", "variance_ratio"});
-        EXPECT_EQ(level["certificate"]["variance_ratio"].size(), object["planes"].get<std::size_t>());
-    }
-}
-
 // Help and usage
 // -----------------------------------------------------------------------------------------------
 
-TEST(Cli, Version) {
+TEST(CliCommand, Version) {
     const Ended ended = btfield({"--version"});
     EXPECT_EQ(ended.code, 0);
     EXPECT_EQ(ended.out.rfind("btfield ", 0), 0U);
     EXPECT_EQ(ended.err, "");
 }
 
-TEST(Cli, HelpHasExamplesAndEveryPromisedOption) {
+TEST(CliCommand, HelpHasExamplesAndEveryPromisedOption) {
     const std::vector<std::pair<Words, Words>> promised{
         {{}, {"devices", "fit", "info", "synth", "compare", "--version"}},
         {{"devices"}, {"--json"}},
@@ -92,7 +72,7 @@ TEST(Cli, HelpHasExamplesAndEveryPromisedOption) {
     }
 }
 
-TEST(Cli, WrongUsage) {
+TEST(CliCommand, WrongUsage) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
     const std::vector<std::pair<Words, std::string>> all{
@@ -132,26 +112,7 @@ TEST(Cli, WrongUsage) {
 // The road
 // -----------------------------------------------------------------------------------------------------
 
-TEST(Cli, Devices) {
-    const json object = expect_object({"devices"});
-    ASSERT_FALSE(object["devices"].empty());
-    int defaults = 0;
-    for (const json& device : object["devices"]) {
-        expect_keys(device,
-                    {"platform", "name", "type", "default", "compute_units", "vector_width", "memory_bytes"});
-        const std::string type = device["type"];
-        EXPECT_TRUE(type == "cpu" || type == "gpu" || type == "accelerator") << type;
-        EXPECT_GT(device["compute_units"].get<int>(), 0);
-        EXPECT_GT(device["memory_bytes"].get<std::uint64_t>(), 0U);
-        defaults += device["default"].get<bool>() ? 1 : 0;
-    }
-    EXPECT_EQ(defaults, 1);
-    const Ended plain = btfield({"devices"});
-    EXPECT_EQ(plain.code, 0);
-    EXPECT_NE(plain.out.find(object["devices"][0]["name"].get<std::string>()), std::string::npos);
-}
-
-TEST(Cli, FromPictureToTexture) {
+TEST(CliCommand, FromPictureToTexture) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
     const std::string picture = data + "/cork.png";
@@ -213,13 +174,10 @@ TEST(Cli, FromPictureToTexture) {
         EXPECT_DOUBLE_EQ(plane["std_ratio"].get<double>(),
                          plane["std"][1].get<double>() / plane["std"][0].get<double>());
     }
-    const json same = expect_object({"compare", picture, picture}, here);
-    EXPECT_EQ(same["lag_covariance_error"], 0.0);
-    EXPECT_EQ(same["planes"][0]["quantile_error"], 0.0);
     EXPECT_EQ(folder.names(), (Words{"cork.json", "more.png"}));
 }
 
-TEST(Cli, PlainReports) {
+TEST(CliCommand, PlainReports) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
     const std::vector<std::pair<Words, std::string>> all{
@@ -238,180 +196,10 @@ TEST(Cli, PlainReports) {
     EXPECT_EQ(read_picture(folder / "t.png").image.size(), (Size{256, 256}));  // as the analysed picture
 }
 
-TEST(Cli, OptionsReachTheFit) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    const json object = expect_object({"fit",
-                                       data + "/grass.png",
-                                       "-o",
-                                       "m.json",
-                                       "--model",
-                                       "3d-msar",
-                                       "--order",
-                                       "3",
-                                       "--neighbourhood",
-                                       "unilateral",
-                                       "--levels",
-                                       "2",
-                                       "--factor",
-                                       "3",
-                                       "--estimator",
-                                       "ls",
-                                       "--noise",
-                                       "diagonal",
-                                       "--gains",
-                                       "none",
-                                       "--crop",
-                                       "10,20,90,60",
-                                       "--device",
-                                       "auto"},
-                                      here);
-    EXPECT_EQ(object["model"], "3d-msar");
-    EXPECT_EQ(object["size"], json::array({90, 60}));
-    EXPECT_EQ(object["levels"].size(), 2U);
-    EXPECT_EQ(object["levels"][1]["size"], json::array({30, 20}));
-    EXPECT_EQ(object["levels"][0]["offsets"], 5);  // s1, s2 <= 0, s1² + s2² <= 4
-    EXPECT_EQ(object["levels"][0]["gain"], 1.0);
-    EXPECT_EQ(object["levels"][1]["gain"], 1.0);
-    const TextureModel model = read_model(folder / "m.json");
-    EXPECT_EQ(model.noise, NoiseForm::diagonal);
-    EXPECT_EQ(model.factor, 3);
-    EXPECT_EQ(linear_field(model.levels[0].models.front()).kind, NeighbourhoodKind::unilateral);
-    EXPECT_EQ(model.provenance.picture_bytes, 90U * 60U);
-}
-
-TEST(Cli, SeveralPictures) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    std::filesystem::create_directory(folder / "models");
-    const Words fast{"--levels", "1", "--order", "1", "--crop", "0,0,64,64"};
-    Words words{"fit", data + "/cork.png", data + "/grass.png", "-o", "models"};
-    words.insert(words.end(), fast.begin(), fast.end());
-    const json object = expect_object(words, here);
-    ASSERT_EQ(object["fits"].size(), 2U);
-    for (const json& fitted : object["fits"]) {
-        expect_model_keys(fitted);
-        expect_seconds(fitted, {"read", "analysis", "fit", "total"});
-    }
-    EXPECT_EQ(read_model(folder / "models/cork.json").planes, 3);
-    EXPECT_EQ(read_model(folder / "models/grass.json").planes, 1);
-
-    std::filesystem::remove_all(folder / "models");
-    std::filesystem::create_directory(folder / "models");
-    words[2] = "absent.png";  // the first picture alone could be fitted
-    expect_failure(words, 1, "absent.png", here);
-    words[2] = data + "/../data/cork.png";
-    expect_failure(words, 2, "cork.json", here);
-    EXPECT_TRUE(std::filesystem::is_empty(folder / "models"));
-}
-
-TEST(Cli, ManySeeds) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "m.json");
-    const json object = expect_object(
-        {"synth", "m.json", "-o", "t.v1.exr", "--count", "11", "--seed", "100", "--size", "16x8"}, here);
-    ASSERT_EQ(object["outputs"].size(), 11U);
-    for (int i = 0; i < 11; ++i) {
-        const auto n = static_cast<std::size_t>(i);
-        EXPECT_EQ(object["outputs"][n],
-                  std::string("t.v1-") + (i < 10 ? "0" : "") + std::to_string(i) + ".exr");
-        EXPECT_EQ(object["seeds"][n], 100 + i);
-        EXPECT_TRUE(std::filesystem::exists(folder / object["outputs"][n].get<std::string>()));
-    }
-    // Texture i is the texture of seed N + i, whatever batch it was in.
-    expect_object({"synth", "m.json", "-o", "alone.exr", "--seed", "110", "--size", "16x8"}, here);
-    const Image alone = read_picture(folder / "alone.exr").image,
-                last = read_picture(folder / "t.v1-10.exr").image;
-    const Image first = read_picture(folder / "t.v1-00.exr").image;
-    float largest = 0.0F, difference = 0.0F, others = 0.0F;
-    for (std::size_t i = 0; i < alone.values().size(); ++i) {
-        largest = std::max(largest, std::abs(alone.values()[i]));
-        difference = std::max(difference, std::abs(alone.values()[i] - last.values()[i]));
-        others = std::max(others, std::abs(alone.values()[i] - first.values()[i]));
-    }
-    // EXR holds halves (2^-11), and results of one seed agree to 1e-5 of full scale.
-    EXPECT_LE(difference, largest * (1.0F / 2048.0F + 1e-5F));
-    EXPECT_GT(others, difference);
-    expect_failure({"synth", "m.json", "-o", "none/t.png", "--count", "3"}, 1, "none", here);
-}
-
-TEST(Cli, ProfileGoesToStandardError) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "m.json");
-    const Ended ended =
-        btfield({"synth", "m.json", "-o", "t.png", "--size", "32x32", "--profile", "--json"}, here);
-    EXPECT_EQ(ended.code, 0);
-    EXPECT_TRUE(json::parse(ended.out, nullptr, false).is_object()) << ended.out;
-    EXPECT_EQ(ended.err.rfind("kernel ", 0), 0U) << ended.err;
-    EXPECT_NE(ended.err.find("fft"), std::string::npos) << ended.err;
-}
-
-TEST(Cli, NoiseDomainsDiffer) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    put_model(folder / "m.json");
-    expect_object({"synth", "m.json", "-o", "a.png", "--size", "32x32"}, here);
-    expect_object({"synth", "m.json", "-o", "b.png", "--size", "32x32", "--noise-domain", "spatial"}, here);
-    EXPECT_NE(bytes_of(folder / "a.png"), bytes_of(folder / "b.png"));
-}
-
-TEST(Cli, ClampedPixelsAreCounted) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    TextureModel model = test::example_model(ModelKind::car3d, 3, 1);
-    model.mean.assign(3, 1.5);  // 25 standard deviations above white
-    put_model(folder / "m.json", model);
-    EXPECT_EQ(expect_object({"synth", "m.json", "-o", "t.png", "--size", "20x10"}, here)["clamped_pixels"],
-              200);
-    EXPECT_EQ(expect_object({"synth", "m.json", "-o", "t.exr", "--size", "20x10"}, here)["clamped_pixels"],
-              0);
-}
-
-TEST(Cli, ModelsThatDoNotCertify) {
-    const TemporaryFolder folder;
-    const Surroundings here{.folder = folder.path().string()};
-    // Least squares on a symmetric support does not certify on real pictures: theory 7.3.
-    const Words words{"fit",
-                      data + "/grass.png",
-                      "-o",
-                      "m.json",
-                      "--model",
-                      "3d-msar",
-                      "--neighbourhood",
-                      "symmetric",
-                      "--order",
-                      "1",
-                      "--levels",
-                      "1",
-                      "--crop",
-                      "0,0,64,64",
-                      "--estimator",
-                      "ls",
-                      "--json"};
-    const Ended fitted = btfield(words, here);
-    EXPECT_EQ(fitted.code, 0) << fitted.err;
-    EXPECT_EQ(fitted.err.rfind("btfield: warning: ", 0), 0U) << fitted.err;
-    EXPECT_EQ(std::count(fitted.err.begin(), fitted.err.end(), '\n'), 1) << fitted.err;
-    EXPECT_NE(fitted.err.find("--allow-invalid"), std::string::npos) << fitted.err;
-    const json object = json::parse(fitted.out);
-    EXPECT_EQ(object["levels"][0]["certificate"]["valid"], false);
-    EXPECT_TRUE(object["levels"][0]["log_likelihood"].is_null());
-
-    EXPECT_EQ(btfield({"info", "m.json"}, here).code, 0);
-    expect_failure({"synth", "m.json", "-o", "t.png"}, 1, "--allow-invalid", here);
-    EXPECT_EQ(folder.names(), Words{"m.json"});
-    const Ended insisted = btfield({"synth", "m.json", "-o", "t.exr", "--allow-invalid"}, here);
-    EXPECT_EQ(insisted.code, 0) << insisted.err;
-    EXPECT_EQ(insisted.err.rfind("btfield: warning: ", 0), 0U) << insisted.err;
-    EXPECT_TRUE(std::filesystem::exists(folder / "t.exr"));
-}
-
 // Streams
 // ------------------------------------------------------------------------------------------------------
 
-TEST(Cli, ResultsThatCannotBePrinted) {
+TEST(CliCommand, ResultsThatCannotBePrinted) {
     const TemporaryFolder folder;
     put_model(folder / "m.json");
     for (const char* form : {"--json", "--verbose"}) {
@@ -423,7 +211,7 @@ TEST(Cli, ResultsThatCannotBePrinted) {
     expect_failure({"--help"}, 1, "standard output", {.out = "/dev/full"});
 }
 
-TEST(Cli, ClosedOutputDoesNotEndUpInTheTexture) {
+TEST(CliCommand, ClosedOutputDoesNotEndUpInTheTexture) {
     const TemporaryFolder folder;
     put_model(folder / "m.json");
     expect_failure({"synth", "m.json", "-o", "t.png", "--size", "32x32"}, 1, "standard output",
@@ -431,7 +219,7 @@ TEST(Cli, ClosedOutputDoesNotEndUpInTheTexture) {
     EXPECT_EQ(read_picture(folder / "t.png").image.size(), (Size{32, 32}));
 }
 
-TEST(Cli, ProgressIsForTerminals) {
+TEST(CliCommand, ProgressIsForTerminals) {
     const TemporaryFolder folder;
     Surroundings here{.folder = folder.path().string(), .terminal = true};
     const Words words{"fit", data + "/grass.png", "-o", "m.json", "--levels", "1", "--order", "1", "--json"};

@@ -76,7 +76,7 @@ std::size_t rows_so_far(const fs::path& database) {
     }
 }
 
-TEST(ExperimentCommand, RunTableMergeReport) {
+TEST(CliExperiment, RunTableMergeReport) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
     const Ended run = run_program(experiment({"run", config, "--out", database, "--json"}));
@@ -107,7 +107,7 @@ TEST(ExperimentCommand, RunTableMergeReport) {
     EXPECT_TRUE(fs::exists(page));
 }
 
-TEST(ExperimentCommand, WrongUsage) {
+TEST(CliExperiment, WrongUsage) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
     const std::vector<Words> wrong{{},
@@ -131,7 +131,7 @@ TEST(ExperimentCommand, WrongUsage) {
     EXPECT_FALSE(fs::exists(database));
 }
 
-TEST(ExperimentCommand, ProgressOnATerminal) {
+TEST(CliExperiment, ProgressOnATerminal) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
     Surroundings around;
@@ -142,7 +142,7 @@ TEST(ExperimentCommand, ProgressOnATerminal) {
     EXPECT_NE(run.err.find("/24"), std::string::npos) << run.err;
 }
 
-TEST(ExperimentCommand, FullDisk) {
+TEST(CliExperiment, FullDisk) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
     Surroundings around;
@@ -155,7 +155,7 @@ TEST(ExperimentCommand, FullDisk) {
     EXPECT_EQ(rows_so_far(database), static_cast<std::size_t>(small_jobs));
 }
 
-TEST(ExperimentCommand, CtrlCFinishesAndSaysHowToResume) {
+TEST(CliExperiment, CtrlCFinishesAndSaysHowToResume) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
     Running run(experiment({"run", config, "--out", database, "--jobs", "1"}), folder.path());
@@ -174,7 +174,7 @@ TEST(ExperimentCommand, CtrlCFinishesAndSaysHowToResume) {
 }
 
 /// Runs, is killed after a random time, and runs again, fifty times; then to the end.
-TEST(ExperimentCommandLong, FiftyKills) {
+TEST(CliExperimentLong, FiftyKills) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
     const std::string whole = (folder / "whole.db").string(), best = (folder / "best").string();
@@ -217,7 +217,7 @@ TEST(ExperimentCommandLong, FiftyKills) {
 }
 
 /// The committed experiment: all ten models.
-TEST(ExperimentCommandLong, CommittedExperiment) {
+TEST(CliExperimentLong, CommittedExperiment) {
     const TemporaryFolder folder;
     const std::string config = BTFIELD_TEST_DATA "/experiment.json", database = (folder / "r.db").string();
     const Ended run = run_program(
@@ -244,7 +244,7 @@ Words ranks(int count, Words words) {
     return words;
 }
 
-TEST(ExperimentCommand, TwoRanks) {
+TEST(CliExperiment, TwoRanks) {
     // What a container without network, remote shells or a user of its own needs from Open MPI.
     for (const auto& [variable, value] :
          std::map<std::string, std::string>{{"OMPI_ALLOW_RUN_AS_ROOT", "1"},

@@ -1,57 +1,147 @@
-// Automatic choices on the command line.
+// `btfield fit` as users' scripts see it.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "btfield/model_file.hpp"
-#include "tests/run_program.hpp"
+#include "tests/cli_cases.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
 namespace {
 
 using nlohmann::json;
+using test::btfield;
 using test::Ended;
+using test::expect_failure;
+using test::expect_model_keys;
+using test::expect_object;
+using test::expect_seconds;
+using test::Surroundings;
 using test::TemporaryFolder;
-using Words = std::vector<std::string>;
+using test::Words;
 
-const std::string picture = std::string(BTFIELD_TEST_DATA) + "/sand.png";
+const std::string data = BTFIELD_TEST_DATA;
+const std::string picture = data + "/sand.png";
 
-Ended btfield(const TemporaryFolder& folder, Words words) {
-    words.insert(words.begin(), BTFIELD_CLI);
-    return test::run_program(std::move(words), {.folder = folder.path().string()});
+TEST(CliFit, OptionsReachTheFit) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    const json object = expect_object({"fit",
+                                       data + "/grass.png",
+                                       "-o",
+                                       "m.json",
+                                       "--model",
+                                       "3d-msar",
+                                       "--order",
+                                       "3",
+                                       "--neighbourhood",
+                                       "unilateral",
+                                       "--levels",
+                                       "2",
+                                       "--factor",
+                                       "3",
+                                       "--estimator",
+                                       "ls",
+                                       "--noise",
+                                       "diagonal",
+                                       "--gains",
+                                       "none",
+                                       "--crop",
+                                       "10,20,90,60",
+                                       "--device",
+                                       "auto"},
+                                      here);
+    EXPECT_EQ(object["model"], "3d-msar");
+    EXPECT_EQ(object["size"], json::array({90, 60}));
+    EXPECT_EQ(object["levels"].size(), 2U);
+    EXPECT_EQ(object["levels"][1]["size"], json::array({30, 20}));
+    EXPECT_EQ(object["levels"][0]["offsets"], 5);  // s1, s2 <= 0, s1² + s2² <= 4
+    EXPECT_EQ(object["levels"][0]["gain"], 1.0);
+    EXPECT_EQ(object["levels"][1]["gain"], 1.0);
+    const TextureModel model = read_model(folder / "m.json");
+    EXPECT_EQ(model.noise, NoiseForm::diagonal);
+    EXPECT_EQ(model.factor, 3);
+    EXPECT_EQ(linear_field(model.levels[0].models.front()).kind, NeighbourhoodKind::unilateral);
+    EXPECT_EQ(model.provenance.picture_bytes, 90U * 60U);
 }
 
-TEST(SelectionCli, InfoSaysWhatWasChosenAndWhy) {
+TEST(CliFit, SeveralPictures) {
     const TemporaryFolder folder;
-    const Ended fitted = btfield(folder, {"fit", picture, "-o", "m.json", "--crop", "0,0,128,128", "--model",
-                                          "auto", "--levels", "auto", "--order", "auto", "--json"});
-    ASSERT_EQ(fitted.code, 0) << fitted.err;
+    const Surroundings here{.folder = folder.path().string()};
+    std::filesystem::create_directory(folder / "models");
+    const Words fast{"--levels", "1", "--order", "1", "--crop", "0,0,64,64"};
+    Words words{"fit", data + "/cork.png", data + "/grass.png", "-o", "models"};
+    words.insert(words.end(), fast.begin(), fast.end());
+    const json object = expect_object(words, here);
+    ASSERT_EQ(object["fits"].size(), 2U);
+    for (const json& fitted : object["fits"]) {
+        expect_model_keys(fitted);
+        expect_seconds(fitted, {"read", "analysis", "fit", "total"});
+    }
+    EXPECT_EQ(read_model(folder / "models/cork.json").planes, 3);
+    EXPECT_EQ(read_model(folder / "models/grass.json").planes, 1);
+
+    std::filesystem::remove_all(folder / "models");
+    std::filesystem::create_directory(folder / "models");
+    words[2] = "absent.png";  // the first picture alone could be fitted
+    expect_failure(words, 1, "absent.png", here);
+    words[2] = data + "/../data/cork.png";
+    expect_failure(words, 2, "cork.json", here);
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "models"));
+}
+
+TEST(CliFit, ModelsThatDoNotCertify) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    // Least squares on a symmetric support does not certify on real pictures: theory 7.3.
+    const Words words{"fit",
+                      data + "/grass.png",
+                      "-o",
+                      "m.json",
+                      "--model",
+                      "3d-msar",
+                      "--neighbourhood",
+                      "symmetric",
+                      "--order",
+                      "1",
+                      "--levels",
+                      "1",
+                      "--crop",
+                      "0,0,64,64",
+                      "--estimator",
+                      "ls",
+                      "--json"};
+    const Ended fitted = btfield(words, here);
+    EXPECT_EQ(fitted.code, 0) << fitted.err;
+    EXPECT_EQ(fitted.err.rfind("btfield: warning: ", 0), 0U) << fitted.err;
+    EXPECT_EQ(std::count(fitted.err.begin(), fitted.err.end(), '\n'), 1) << fitted.err;
+    EXPECT_NE(fitted.err.find("--allow-invalid"), std::string::npos) << fitted.err;
     const json object = json::parse(fitted.out);
-    ASSERT_EQ(object["reasons"].size(), 3U) << object;
-    const auto reason = [&](size_t k) { return object["reasons"][k].get<std::string>(); };
-    EXPECT_EQ(reason(0).rfind("model kappa(256) ", 0), 0U) << reason(0);
-    EXPECT_NE(reason(0).find(object["model"].get<std::string>() + ": BIC "), std::string::npos) << reason(0);
-    EXPECT_EQ(reason(1).rfind(std::to_string(object["levels"].size()) + " level", 0), 0U) << reason(1);
-    EXPECT_EQ(reason(2).rfind("order ", 0), 0U) << reason(2);
+    EXPECT_EQ(object["levels"][0]["certificate"]["valid"], false);
+    EXPECT_TRUE(object["levels"][0]["log_likelihood"].is_null());
 
-    const Ended text = btfield(folder, {"info", "m.json"});
-    ASSERT_EQ(text.code, 0) << text.err;
-    for (size_t k = 0; k < 3; ++k) EXPECT_NE(text.out.find(reason(k)), std::string::npos) << text.out;
-    const Ended info = btfield(folder, {"info", "m.json", "--json"});
-    ASSERT_EQ(info.code, 0) << info.err;
-    EXPECT_EQ(json::parse(info.out)["reasons"], object["reasons"]);
+    EXPECT_EQ(btfield({"info", "m.json"}, here).code, 0);
+    expect_failure({"synth", "m.json", "-o", "t.png"}, 1, "--allow-invalid", here);
+    EXPECT_EQ(folder.names(), Words{"m.json"});
+    const Ended insisted = btfield({"synth", "m.json", "-o", "t.exr", "--allow-invalid"}, here);
+    EXPECT_EQ(insisted.code, 0) << insisted.err;
+    EXPECT_EQ(insisted.err.rfind("btfield: warning: ", 0), 0U) << insisted.err;
+    EXPECT_TRUE(std::filesystem::exists(folder / "t.exr"));
 }
 
-TEST(SelectionCli, CorrelatedNeighbourhood) {
+TEST(CliFit, CorrelatedNeighbourhood) {
     const TemporaryFolder folder;
-    const Ended fitted = btfield(folder, {"fit", picture, "-o", "m.json", "--crop", "0,0,128,128",
-                                          "--neighbourhood", "correlated:7", "--levels", "2", "--json"});
+    const Surroundings here{.folder = folder.path().string()};
+    const Ended fitted = btfield({"fit", picture, "-o", "m.json", "--crop", "0,0,128,128", "--neighbourhood",
+                                  "correlated:7", "--levels", "2", "--json"},
+                                 here);
     ASSERT_EQ(fitted.code, 0) << fitted.err;
     const json object = json::parse(fitted.out);
     for (const json& level : object["levels"]) {
@@ -62,8 +152,9 @@ TEST(SelectionCli, CorrelatedNeighbourhood) {
     EXPECT_EQ(read_model(folder / "m.json").levels.size(), 2U);
 }
 
-TEST(SelectionCli, WrongWords) {
+TEST(CliFit, WrongWords) {
     const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
     const std::vector<std::pair<Words, std::string>> all{
         {{"--order", "automatic"}, "--order: 'automatic' is neither"},
         {{"--order", "0"}, "--order"},
@@ -80,7 +171,7 @@ TEST(SelectionCli, WrongWords) {
     for (const auto& [words, part] : all) {
         Words whole{"fit", picture, "-o", "m.json"};
         whole.insert(whole.end(), words.begin(), words.end());
-        const Ended ended = btfield(folder, whole);
+        const Ended ended = btfield(whole, here);
         EXPECT_EQ(ended.code, 2) << ended.err;
         EXPECT_NE(ended.err.find(part), std::string::npos) << ended.err;
         EXPECT_EQ(std::ranges::count(ended.err, '\n'), 1) << ended.err;
@@ -92,7 +183,7 @@ TEST(SelectionCli, WrongWords) {
              {{"--neighbourhood", "correlated:23"}, "22 causal offsets"}}) {
         Words whole{"fit", picture, "-o", "m.json"};
         whole.insert(whole.end(), words.begin(), words.end());
-        const Ended ended = btfield(folder, whole);
+        const Ended ended = btfield(whole, here);
         EXPECT_EQ(ended.code, 1) << ended.err;
         EXPECT_NE(ended.err.find(part), std::string::npos) << ended.err;
     }

@@ -1,74 +1,125 @@
-// `btfield synth` of several models, and by raster recursion: the built program in a process of its own.
+// `btfield synth` as users' scripts see it: seeds, several models, raster recursion.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
+#include "tests/cli_cases.hpp"
 #include "tests/example_model.hpp"
-#include "tests/run_program.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
 namespace {
 
 using nlohmann::json;
+using test::btfield;
 using test::bytes_of;
 using test::Ended;
+using test::expect_failure;
+using test::expect_object;
+using test::put_model;
+using test::Surroundings;
 using test::TemporaryFolder;
-using Words = std::vector<std::string>;
+using test::Words;
 
-class SynthCli : public testing::Test {
+/// A folder for models, with the empty folder `out` in it.
+class CliSynth : public testing::Test {
   protected:
     void put(const std::string& name, ModelKind kind, int planes, PixelType type = PixelType::uint8) {
         TextureModel model = test::example_model(kind, planes, 2);
         model.provenance.type = type;
-        write_model(folder_ / name, model);
+        put_model(folder_ / name, model);
     }
 
     Ended synth(Words words) {
-        words.insert(words.begin(), {BTFIELD_CLI, "synth"});
-        return test::run_program(std::move(words), {.folder = folder_.path().string()});
+        words.insert(words.begin(), "synth");
+        return btfield(std::move(words), here_);
     }
 
-    json object(Words words) {
-        words.emplace_back("--json");
-        const Ended ended = synth(std::move(words));
-        EXPECT_EQ(ended.code, 0) << ended.err;
-        EXPECT_EQ(ended.err, "");
-        json value = json::parse(ended.out, nullptr, false);
-        EXPECT_TRUE(value.is_object()) << ended.out;
-        return value;
+    json grow(Words words) {
+        words.insert(words.begin(), "synth");
+        return expect_object(std::move(words), here_);
     }
 
-    /// The exit code, one line on standard error that names `part`, and nothing new in the folder `out`.
-    void expect_failure(const Words& words, int code, const std::string& part) {
-        const Ended ended = synth(words);
-        EXPECT_EQ(ended.code, code) << ended.err;
-        EXPECT_EQ(ended.out, "");
-        EXPECT_EQ(ended.err.rfind("btfield: ", 0), 0U) << ended.err;
-        EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
-        EXPECT_NE(ended.err.find(part), std::string::npos) << "expected '" << part << "' in: " << ended.err;
+    /// As expect_failure, and nothing new in the folder `out`.
+    void expect_refusal(Words words, int code, const std::string& part) {
+        words.insert(words.begin(), "synth");
+        expect_failure(words, code, part, here_);
         EXPECT_TRUE(std::filesystem::is_empty(folder_ / "out"));
     }
 
     void SetUp() override { std::filesystem::create_directory(folder_ / "out"); }
 
     TemporaryFolder folder_;
+    const Surroundings here_{.folder = folder_.path().string()};
 };
 
-TEST_F(SynthCli, SeveralModelsAtOnce) {
+TEST_F(CliSynth, ManySeeds) {
+    put_model(folder_ / "m.json");
+    const json object =
+        grow({"m.json", "-o", "t.v1.exr", "--count", "11", "--seed", "100", "--size", "16x8"});
+    ASSERT_EQ(object["outputs"].size(), 11U);
+    for (int i = 0; i < 11; ++i) {
+        const auto n = static_cast<std::size_t>(i);
+        EXPECT_EQ(object["outputs"][n],
+                  std::string("t.v1-") + (i < 10 ? "0" : "") + std::to_string(i) + ".exr");
+        EXPECT_EQ(object["seeds"][n], 100 + i);
+        EXPECT_TRUE(std::filesystem::exists(folder_ / object["outputs"][n].get<std::string>()));
+    }
+    // Texture i is the texture of seed N + i, whatever batch it was in.
+    grow({"m.json", "-o", "alone.exr", "--seed", "110", "--size", "16x8"});
+    const Image alone = read_picture(folder_ / "alone.exr").image,
+                last = read_picture(folder_ / "t.v1-10.exr").image;
+    const Image first = read_picture(folder_ / "t.v1-00.exr").image;
+    float largest = 0.0F, difference = 0.0F, others = 0.0F;
+    for (std::size_t i = 0; i < alone.values().size(); ++i) {
+        largest = std::max(largest, std::abs(alone.values()[i]));
+        difference = std::max(difference, std::abs(alone.values()[i] - last.values()[i]));
+        others = std::max(others, std::abs(alone.values()[i] - first.values()[i]));
+    }
+    // EXR holds halves (2^-11), and results of one seed agree to 1e-5 of full scale.
+    EXPECT_LE(difference, largest * (1.0F / 2048.0F + 1e-5F));
+    EXPECT_GT(others, difference);
+    expect_failure({"synth", "m.json", "-o", "none/t.png", "--count", "3"}, 1, "none", here_);
+}
+
+TEST_F(CliSynth, ProfileGoesToStandardError) {
+    put_model(folder_ / "m.json");
+    const Ended ended = synth({"m.json", "-o", "t.png", "--size", "32x32", "--profile", "--json"});
+    EXPECT_EQ(ended.code, 0);
+    EXPECT_TRUE(json::parse(ended.out, nullptr, false).is_object()) << ended.out;
+    EXPECT_EQ(ended.err.rfind("kernel ", 0), 0U) << ended.err;
+    EXPECT_NE(ended.err.find("fft"), std::string::npos) << ended.err;
+}
+
+TEST_F(CliSynth, NoiseDomainsDiffer) {
+    put_model(folder_ / "m.json");
+    grow({"m.json", "-o", "a.png", "--size", "32x32"});
+    grow({"m.json", "-o", "b.png", "--size", "32x32", "--noise-domain", "spatial"});
+    EXPECT_NE(bytes_of(folder_ / "a.png"), bytes_of(folder_ / "b.png"));
+}
+
+TEST_F(CliSynth, ClampedPixelsAreCounted) {
+    TextureModel model = test::example_model(ModelKind::car3d, 3, 1);
+    model.mean.assign(3, 1.5);  // 25 standard deviations above white
+    put_model(folder_ / "m.json", model);
+    EXPECT_EQ(grow({"m.json", "-o", "t.png", "--size", "20x10"})["clamped_pixels"], 200);
+    EXPECT_EQ(grow({"m.json", "-o", "t.exr", "--size", "20x10"})["clamped_pixels"], 0);
+}
+
+TEST_F(CliSynth, SeveralModelsAtOnce) {
     put("colour.json", ModelKind::car3d, 3);
     put("light.btfm", ModelKind::msar2d, 1, PixelType::half);
     put("bands.json", ModelKind::ma3d, 5, PixelType::uint16);
     const json all =
-        object({"colour.json", "light.btfm", "bands.json", "-o", "out", "--size", "24x16", "--seed", "3"});
+        grow({"colour.json", "light.btfm", "bands.json", "-o", "out", "--size", "24x16", "--seed", "3"});
     ASSERT_EQ(all["syntheses"].size(), 3U);
     const Words expected{"out/colour.png", "out/light.exr", "out/bands.tif"};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -85,23 +136,23 @@ TEST_F(SynthCli, SeveralModelsAtOnce) {
     EXPECT_EQ(read_picture(folder_ / expected[2]).image.planes(), 5);
     EXPECT_EQ(read_picture(folder_ / expected[2]).type, PixelType::uint16);
     // Each is what its model gives alone.
-    object({"colour.json", "-o", "alone.png", "--size", "24x16", "--seed", "3"});
+    grow({"colour.json", "-o", "alone.png", "--size", "24x16", "--seed", "3"});
     EXPECT_EQ(bytes_of(folder_ / "alone.png"), bytes_of(folder_ / expected[0]));
 }
 
-TEST_F(SynthCli, FoldersTakeNumberedNames) {
+TEST_F(CliSynth, FoldersTakeNumberedNames) {
     put("a.json", ModelKind::car3d, 3);
     put("b.json", ModelKind::car3d, 1);
-    const json one = object({"a.json", "-o", "out", "--size", "8x8"});
+    const json one = grow({"a.json", "-o", "out", "--size", "8x8"});
     EXPECT_EQ(one["outputs"], json::array({"out/a.png"}));
-    const json two = object({"a.json", "b.json", "-o", "out", "--size", "8x8", "--count", "2"});
+    const json two = grow({"a.json", "b.json", "-o", "out", "--size", "8x8", "--count", "2"});
     EXPECT_EQ(two["syntheses"][0]["outputs"], json::array({"out/a-0.png", "out/a-1.png"}));
     EXPECT_EQ(two["syntheses"][1]["outputs"], json::array({"out/b-0.png", "out/b-1.png"}));
     for (const char* name : {"a.png", "a-0.png", "a-1.png", "b-0.png", "b-1.png"})
         EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / name)) << name;
 }
 
-TEST_F(SynthCli, NothingIsWrittenWhenOneModelIsBad) {
+TEST_F(CliSynth, NothingIsWrittenWhenOneModelIsBad) {
     put("good.json", ModelKind::car3d, 3);
     put("average.json", ModelKind::ma3d, 3);
     put("good.btfm", ModelKind::car3d, 3);
@@ -111,12 +162,12 @@ TEST_F(SynthCli, NothingIsWrittenWhenOneModelIsBad) {
     invalid.levels[1].certificate.valid = false;
     write_model(folder_ / "invalid.json", invalid);
 
-    expect_failure({"good.json", "absent.json", "-o", "out"}, 1, "absent.json");
-    expect_failure({"good.json", "half.json", "-o", "out"}, 1, "half.json");
-    expect_failure({"good.json", "invalid.json", "-o", "out"}, 1, "'invalid.json': ");
-    expect_failure({"good.json", "average.json", "-o", "out", "--method", "raster"}, 1, "'average.json': ");
-    expect_failure({"good.json", "good.btfm", "-o", "out"}, 2, "out/good.png");
-    expect_failure({"good.json", "average.json", "-o", "new.png"}, 2, "no folder");
+    expect_refusal({"good.json", "absent.json", "-o", "out"}, 1, "absent.json");
+    expect_refusal({"good.json", "half.json", "-o", "out"}, 1, "half.json");
+    expect_refusal({"good.json", "invalid.json", "-o", "out"}, 1, "'invalid.json': ");
+    expect_refusal({"good.json", "average.json", "-o", "out", "--method", "raster"}, 1, "'average.json': ");
+    expect_refusal({"good.json", "good.btfm", "-o", "out"}, 2, "out/good.png");
+    expect_refusal({"good.json", "average.json", "-o", "new.png"}, 2, "no folder");
     std::filesystem::create_directory(folder_ / "out/average.png");  // in the way of the second texture
     const Ended ended = synth({"good.json", "average.json", "-o", "out"});
     EXPECT_EQ(ended.code, 1);
@@ -124,13 +175,13 @@ TEST_F(SynthCli, NothingIsWrittenWhenOneModelIsBad) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out/good.png"));
 }
 
-TEST_F(SynthCli, Raster) {
+TEST_F(CliSynth, Raster) {
     put("m.json", ModelKind::car2d, 3);
-    const json grown = object({"m.json", "-o", "raster.png", "--method", "raster", "--size", "32x16"});
+    const json grown = grow({"m.json", "-o", "raster.png", "--method", "raster", "--size", "32x16"});
     EXPECT_EQ(grown["tileable"], false);
     EXPECT_EQ(read_picture(folder_ / "raster.png").image.size(), (Size{16, 32}));
-    object({"m.json", "-o", "torus.png", "--method", "torus", "--size", "32x16"});
-    object({"m.json", "-o", "default.png", "--size", "32x16"});
+    grow({"m.json", "-o", "torus.png", "--method", "torus", "--size", "32x16"});
+    grow({"m.json", "-o", "default.png", "--size", "32x16"});
     EXPECT_NE(bytes_of(folder_ / "raster.png"), bytes_of(folder_ / "torus.png"));
     EXPECT_EQ(bytes_of(folder_ / "default.png"), bytes_of(folder_ / "torus.png"));
     const Ended plain = synth({"m.json", "-o", "raster.png", "--method", "raster", "--size", "32x16"});
@@ -140,8 +191,8 @@ TEST_F(SynthCli, Raster) {
     TextureModel growing = test::example_model(ModelKind::car3d, 1, 1);
     test::field_of(growing, 0).coefficients.assign(test::field_of(growing, 0).offsets.size(), 0.9);
     write_model(folder_ / "growing.json", growing);
-    expect_failure({"growing.json", "-o", "out/t.png", "--method", "raster"}, 1, "level 0");
-    expect_failure({"m.json", "-o", "out/t.png", "--method", "diagonal"}, 2, "torus|raster");
+    expect_refusal({"growing.json", "-o", "out/t.png", "--method", "raster"}, 1, "level 0");
+    expect_refusal({"m.json", "-o", "out/t.png", "--method", "diagonal"}, 2, "torus|raster");
 }
 
 }  // namespace

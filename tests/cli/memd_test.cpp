@@ -1,4 +1,4 @@
-// `btfield kappa` and `btfield memd` as users' scripts see them.
+// `btfield memd` as users' scripts see it.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "btfield/criteria.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/memd.hpp"
 #include "tests/cli_cases.hpp"
@@ -22,7 +21,6 @@ using test::Ended;
 using test::expect_failure;
 using test::expect_object;
 using test::TemporaryFolder;
-using test::Words;
 
 const std::string data = BTFIELD_TEST_DATA;
 
@@ -34,38 +32,7 @@ void put_row(const std::filesystem::path& path, const std::vector<int>& values) 
     write_picture(path, image);
 }
 
-TEST(CriteriaCli, KappaOfSeveralPictures) {
-    const json object = expect_object({"kappa", data + "/cork.png", data + "/cork-xyz.exr"});
-    ASSERT_EQ(object["images"].size(), 2U);
-    const Kappa expected = kappa(read_picture(data + "/cork.png").image);
-    const json& cork = object["images"][0];
-    EXPECT_EQ(cork["image"], data + "/cork.png");
-    EXPECT_EQ(cork["kappa"].get<double>(), expected.kappa);
-    EXPECT_EQ(cork["cmax"], 256.0);
-    EXPECT_EQ(cork["verdict"], expected.two_dimensional() ? "2d" : "3d");
-    EXPECT_EQ(cork["hdr"], false);
-    ASSERT_EQ(cork["covariance"].size(), 3U);
-    EXPECT_EQ(cork["covariance"][1][2].get<double>(), expected.covariance[5]);
-    EXPECT_EQ(object["images"][1]["hdr"], true);
-}
-
-TEST(CriteriaCli, KappaAndTheWhiteLevel) {
-    const std::string xyz = data + "/cork-xyz.exr";
-    const double turn = expect_object({"kappa", xyz})["images"][0]["white_at_threshold"];
-    ASSERT_GT(turn, 0.0);
-    const auto verdict = [&](double white) {
-        return expect_object({"kappa", xyz, "--white", std::to_string(white)})["images"][0]["verdict"];
-    };
-    EXPECT_EQ(verdict(0.5 * turn), "3d");
-    EXPECT_EQ(verdict(2.0 * turn), "2d");
-    // The white level of an 8-bit picture is its own.
-    EXPECT_EQ(expect_object({"kappa", data + "/cork.png", "--white", "7"})["images"][0]["white"], 1.0);
-    const Ended text = btfield({"kappa", xyz});
-    EXPECT_NE(text.out.find("white level 1"), std::string::npos) << text.out;
-    EXPECT_EQ(expect_object({"kappa", xyz, "--cmax", "100"})["images"][0]["cmax"], 100.0);
-}
-
-TEST(CriteriaCli, MemdOfTwoPixels) {
+TEST(CliMemd, TwoPixels) {
     const TemporaryFolder folder;
     const std::string a = (folder / "a.png").string(), b = (folder / "b.png").string();
     put_row(a, {10, 11});
@@ -84,7 +51,7 @@ TEST(CriteriaCli, MemdOfTwoPixels) {
     EXPECT_NE(text.out.find("MEMD(A, B) = 2 "), std::string::npos) << text.out;
 }
 
-TEST(CriteriaCli, MemdMapsLocalErrors) {
+TEST(CliMemd, MapsLocalErrors) {
     const TemporaryFolder folder;
     const std::string a = (folder / "a.png").string(), b = (folder / "b.png").string();
     put_row(a, {10, 11, 12});
@@ -105,7 +72,7 @@ TEST(CriteriaCli, MemdMapsLocalErrors) {
     EXPECT_GT(shown.at(1, 0, 1), shown.at(1, 0, 0));  // a larger error is lighter
 }
 
-TEST(CriteriaCli, MemdOfHdrPictures) {
+TEST(CliMemd, HdrPictures) {
     const std::string xyz = data + "/cork-xyz.exr";
     const json one = expect_object({"memd", xyz, data + "/cork.png", "--white", "2", "--metric", "l2"});
     EXPECT_EQ(one["white"], json::array({2.0, 1.0}));
@@ -114,14 +81,10 @@ TEST(CriteriaCli, MemdOfHdrPictures) {
     EXPECT_NE(text.out.find("white level 1 in A, 1 in B (--white"), std::string::npos) << text.out;
 }
 
-TEST(CriteriaCli, WrongUsageAndRefusals) {
+TEST(CliMemd, WrongUsageAndRefusals) {
     const std::string cork = data + "/cork.png";
     expect_failure({"memd", cork}, 2, "memd");
     expect_failure({"memd", cork, cork, "--metric", "L2"}, 2, "max|l1|l2");
-    for (const char* white : {"0", "-1", "nan", "inf", "1x", ""})
-        expect_failure({"kappa", cork, "--white", white}, 2, "--white");
-    expect_failure({"kappa", cork, "--cmax", "0"}, 2, "--cmax");
-    expect_failure({"kappa", cork, "no-such.png"}, 1, "no-such.png");
     expect_failure({"memd", cork, data + "/landsat.tif"}, 1, "planes");
     expect_failure({"memd", cork, cork, "--device", "abacus"}, 3, "abacus");
     const TemporaryFolder folder;
