@@ -1,24 +1,50 @@
-# Libraries, command, headers, CMake package and pkg-config files.
+# Libraries, command with its completions and manual pages, headers, CMake package and pkg-config files. Components are
+# those of packages: library, experiment, command, development.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS btfield btfield_experiment EXPORT btfield_targets)
+install(TARGETS btfield EXPORT btfield_targets
+        LIBRARY COMPONENT library NAMELINK_COMPONENT development ARCHIVE COMPONENT development)
+install(TARGETS btfield_experiment EXPORT btfield_targets
+        LIBRARY COMPONENT experiment NAMELINK_COMPONENT development ARCHIVE COMPONENT development)
 if(TARGET btfield_pictures)
-    install(TARGETS btfield_pictures LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/btfield)
+    install(TARGETS btfield_pictures LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/btfield COMPONENT library)
 endif()
-install(TARGETS btfield_cli)
-install(DIRECTORY include/btfield TYPE INCLUDE)
+install(TARGETS btfield_cli COMPONENT command)
+install(DIRECTORY include/btfield TYPE INCLUDE COMPONENT development)
+
+# Completions and manual pages are what the command says of itself.
+set(BTFIELD_ZSH_COMPLETIONS ${CMAKE_INSTALL_DATADIR}/zsh/site-functions CACHE STRING "Folder of zsh completions")
+set(texts ${CMAKE_CURRENT_BINARY_DIR}/command_texts)
+add_custom_command(
+    OUTPUT ${texts}/made
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${texts}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${texts}/man1
+    COMMAND btfield_cli completion bash -o ${texts}/btfield
+    COMMAND btfield_cli completion zsh -o ${texts}/_btfield
+    COMMAND btfield_cli completion fish -o ${texts}/btfield.fish
+    COMMAND btfield_cli man --all ${texts}/man1
+    COMMAND ${CMAKE_COMMAND} -E touch ${texts}/made
+    DEPENDS btfield_cli COMMENT "Completions and manual pages" VERBATIM)
+if(NOT BTFIELD_SANITIZE)  # nothing is installed from there
+    add_custom_target(btfield_texts ALL DEPENDS ${texts}/made)
+endif()
+install(FILES ${texts}/btfield DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT command)
+install(FILES ${texts}/_btfield DESTINATION ${BTFIELD_ZSH_COMPLETIONS} COMPONENT command)
+install(FILES ${texts}/btfield.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT command)
+install(DIRECTORY ${texts}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT command)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/btfield)
-install(EXPORT btfield_targets NAMESPACE btfield:: DESTINATION ${package_dir})
+install(EXPORT btfield_targets NAMESPACE btfield:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(cmake/btfield-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/btfield-config.cmake
                               INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/btfield-config-version.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/btfield-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/btfield-config-version.cmake
-        DESTINATION ${package_dir})
+        DESTINATION ${package_dir} COMPONENT development)
 
 file(RELATIVE_PATH PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)  # wherever the tree is moved to
 foreach(name btfield btfield-experiment)
     configure_file(cmake/${name}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
-    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+            COMPONENT development)
 endforeach()

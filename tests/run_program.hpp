@@ -44,6 +44,11 @@ class Terminal {
     Terminal(const Terminal&) = delete;
     Terminal& operator=(const Terminal&) = delete;
     [[nodiscard]] const std::string& child_side() const { return child_side_; }
+    /// What a user types, now or before the program on the other side begins to read.
+    void type(const std::string& keys) const {
+        if (::write(descriptor_, keys.data(), keys.size()) != static_cast<ssize_t>(keys.size()))
+            throw std::runtime_error("a terminal that takes no keys");
+    }
     /// All that was written, once the last writer has closed it.
     [[nodiscard]] std::string read() const {
         std::string text;

@@ -3,6 +3,7 @@
 #include "btfield/criteria.hpp"
 #include "btfield/image_io.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 
@@ -67,10 +68,7 @@ void add_compare(CLI::App& app, Action& action) {
     command->add_option("A", options->a, "reference picture")->required()->type_name("");
     command->add_option("B", options->b, "picture to judge; its size may differ")->required()->type_name("");
     add_json(*command, options->json);
-    command->footer(
-        "Examples:\n"
-        "  btfield compare cork.png cork-4x.png\n"
-        "  btfield compare cork.png cork-4x.png --json");
+    set_guide(*command, {{{"btfield compare cork.png cork-4x.png"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

@@ -2,6 +2,7 @@
 
 #include "btfield/device.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 
@@ -58,11 +59,9 @@ void add_devices(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("devices", "list the OpenCL devices");
     const auto json = std::make_shared<bool>(false);
     add_json(*command, *json);
-    command->footer(
-        "Examples:\n"
-        "  btfield devices\n"
-        "  btfield devices --json\n"
-        "  btfield synth cork.json -o out.png --device cpu");
+    set_guide(*command, {.usual = {{"btfield devices"}},
+                         .more = {{"btfield synth cork.json -o out.png --device cpu"},
+                                  {"BTFIELD_DEVICE=0:0 btfield synth cork.json -o out.png"}}});
     command->callback([json, &action] { action = [json] { run(*json); }; });
 }
 

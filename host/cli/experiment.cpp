@@ -12,6 +12,7 @@
 
 #include "btfield/error.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/mpi_ranks.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
@@ -212,12 +213,13 @@ void add_run(CLI::App& parent, Action& action) {
         ->type_name("DIR");
     add_device(*command, options->device);
     add_json(*command, options->json);
-    command->footer(
-        "Ctrl-C ends the run after the fits under way; the same command resumes it, as after any other end.\n"
-        "Examples:\n"
-        "  btfield experiment run sand.json --out sand.db\n"
-        "  btfield experiment run sand.json --out sand-2.db --shard 2/8\n"
-        "  mpirun -n 16 btfield experiment run sand.json --out sand.db --synth-out best/");
+    set_guide(
+        *command,
+        {.usual = {{"btfield experiment run sand.json --out sand.db"}},
+         .more = {{"btfield experiment run sand.json --out sand-2.db --shard 2/8"},
+                  {"mpirun -n 16 btfield experiment run sand.json --out sand.db --synth-out best/"}},
+         .notes = {"Ctrl-C ends the run after the fits under way; the same command resumes it, as after any "
+                   "other end."}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 
@@ -290,8 +292,8 @@ void add_table(CLI::App& parent, Action& action) {
         ->type_name("");
     add_choice(*command, "--format", options->format, "of the table (default: text)");
     add_json(*command, options->json);
-    command->footer(
-        "Examples:\n  btfield experiment table sand.db\n  btfield experiment table sand.db --format latex");
+    set_guide(*command, {.usual = {{"btfield experiment table sand.db"}},
+                         .more = {{"btfield experiment table sand.db --format latex"}}});
     command->callback([options, &action] { action = [options] { run_table(*options); }; });
 }
 
@@ -307,7 +309,7 @@ void add_merge(CLI::App& parent, Action& action) {
     command->add_option("RESULTS.db", options->inputs, "databases of experiments")->required()->type_name("");
     command->add_option("-o,--out", options->output, "new database")->required()->type_name("RESULTS.db");
     add_json(*command, options->json);
-    command->footer("Example:\n  btfield experiment merge sand-1.db sand-2.db --out sand.db");
+    set_guide(*command, {{{"btfield experiment merge sand-1.db sand-2.db --out sand.db"}}});
     command->callback([options, &action] {
         action = [options] {
             const ExperimentResult result =
@@ -339,9 +341,8 @@ void add_report(CLI::App& parent, Action& action) {
     add_int(*command, "--pictures", options->pictures, 0, 100000,
             "pictures that are shown one by one at most (default: 24)");
     add_json(*command, options->json);
-    command->footer(
-        "Textures are shown where `experiment run --synth-out` has kept them.\n"
-        "Example:\n  btfield experiment report sand.db --out sand.html");
+    set_guide(*command, {.usual = {{"btfield experiment report sand.db --out sand.html"}},
+                         .notes = {"Textures are shown where 'experiment run --synth-out' has kept them."}});
     command->callback([options, &action] {
         action = [options] {
             write_experiment_report(options->database, options->page, options->pictures);
@@ -366,7 +367,9 @@ void add_experiment(CLI::App& app, Action& action) {
     add_merge(*command, action);
     add_report(*command, action);
     for (CLI::App* part : command->get_subcommands({})) part->fallthrough();
-    command->footer("'btfield experiment COMMAND --help' shows the options of a command.");
+    set_guide(*command, {.usual = {{"btfield experiment run sand.json --out sand.db"},
+                                   {"btfield experiment table sand.db"}},
+                         .notes = {"'btfield experiment COMMAND --help' shows the options of a command."}});
 }
 
 }  // namespace btfield::cli

@@ -14,6 +14,7 @@
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
@@ -237,30 +238,36 @@ void add_fit(CLI::App& app, Action& action) {
                      "instead of --output: fit all ten models, written as NAME-MODEL.json into this folder")
         ->type_name("FOLDER");
     add_selection(*command, fit);
-    add_int(*command, "--factor", fit.factor, 2, 1024, "pyramid reduction factor (default: 2)");
+    const std::string estimation = "Estimation", averages = "Moving averages";
     add_choice(*command, "--estimator", fit.estimator,
-               "least squares, exact maximum likelihood, or the first where it is valid (default: auto)");
-    add_choice(*command, "--noise", fit.noise, "form of the noise covariance (default: full)");
+               "least squares, exact maximum likelihood, or the first where it is valid (default: auto)")
+        ->group(estimation);
+    add_choice(*command, "--noise", fit.noise, "form of the noise covariance (default: full)")
+        ->group(estimation);
     add_choice(*command, "--gains", fit.gains,
-               "level gains that restore the picture's covariances (default: match)");
+               "level gains that restore the picture's covariances (default: match)")
+        ->group(estimation);
     add_choice(*command, "--marginals", fit.marginals,
-               "keep the picture's histograms, or model its values as they are (default: match)");
+               "keep the picture's histograms, or model its values as they are (default: match)")
+        ->group(estimation);
     add_positive(*command, "--threshold", fit.moving_average.threshold,
-                 "ma: pixels this many standard deviations above the mean are significant (default: 0.5)");
+                 "ma: pixels this many standard deviations above the mean are significant (default: 0.5)")
+        ->group(averages);
     add_choice(*command, "--significance", fit.moving_average.rule,
-               "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)");
+               "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)")
+        ->group(averages);
     add_crop(*command, "--crop", options->crop, "fit this rectangle of the picture only");
     add_device(*command, options->device);
     add_json(*command, options->json);
-    command->footer(
-        "Examples:\n"
-        "  btfield fit cork.png -o cork.json\n"
-        "  btfield fit bark.tif -o bark.btfm --order 8 --levels 3 --crop 0,0,512,512\n"
-        "  btfield fit sand.png -o sand.json --model 3d-msar --noise diagonal --json\n"
-        "  btfield fit *.png -o models/\n"
-        "  btfield fit moss.png -o moss.json --model auto --levels auto --order auto\n"
-        "  btfield fit moss.png -o moss.json --neighbourhood correlated:12\n"
-        "  btfield fit cork.png --all models/          models/cork-2d-car.json to models/cork-3d-pmrf.json");
+    set_guide(*command,
+              {.usual = {{"btfield fit cork.png -o cork.json"},
+                         {"btfield fit cork.png -o cork.json --model auto --levels auto --order auto"}},
+               .more = {{"btfield fit *.png -o models/", "models/NAME.json of every picture"},
+                        {"btfield fit cork.png --all models/",
+                         "models/cork-2d-car.json to models/cork-3d-pmrf.json"},
+                        {"btfield fit bark.tif -o bark.btfm --order 8 --levels 3 --crop 0,0,512,512"},
+                        {"btfield fit sand.png -o sand.json --model 3d-msar --noise diagonal"},
+                        {"btfield fit moss.png -o moss.json --neighbourhood correlated:12"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

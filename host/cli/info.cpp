@@ -4,6 +4,7 @@
 #include "btfield/error.hpp"
 #include "btfield/model_file.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
@@ -52,10 +53,7 @@ void add_info(CLI::App& app, Action& action) {
     const auto options = std::make_shared<Options>();
     command->add_option("MODEL", options->model, "model file")->required()->type_name("");
     add_json(*command, options->json);
-    command->footer(
-        "Examples:\n"
-        "  btfield info cork.json\n"
-        "  btfield info cork.btfm --json");
+    set_guide(*command, {{{"btfield info cork.json"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

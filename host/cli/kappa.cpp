@@ -6,6 +6,7 @@
 #include "btfield/criteria.hpp"
 #include "btfield/image_io.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 
@@ -109,12 +110,11 @@ void add_kappa(CLI::App& app, Action& action) {
     add_positive(*command, "--cmax", options->cmax, "largest value of a plane, c in kappa(c) (default: 256)");
     add_white(*command, options->white);
     add_json(*command, options->json);
-    command->footer(
-        "kappa = det(spectral covariance) / c^n in units where white is c; 2D models on decorrelated planes\n"
-        "suffice when it is at most 3.\n"
-        "Examples:\n"
-        "  btfield kappa cork.png bark.png\n"
-        "  btfield kappa material.exr --white 12.5 --json");
+    set_guide(*command,
+              {.usual = {{"btfield kappa cork.png bark.png"}},
+               .more = {{"btfield kappa material.exr --white 12.5"}},
+               .notes = {"kappa = det(spectral covariance) / c^n in units where white is c; 2D models on "
+                         "decorrelated planes suffice when it is at most 3."}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

@@ -11,6 +11,7 @@
 
 #include "btfield/image_io.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/error_map.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
@@ -111,16 +112,15 @@ void add_memd(CLI::App& app, Action& action) {
     command
         ->add_option(
             "--map", options->map,
-            "write the local errors of A's pixels: EXR or TIFF as float units, −1 where B ran out of "
+            "write the local errors of A's pixels: EXR or TIFF as float units, -1 where B ran out of "
             "pixels; PNG in false colours, magenta where it did")
         ->type_name("FILE");
     add_device(*command, options->device);
     add_json(*command, options->json);
-    command->footer(
-        "Examples:\n"
-        "  btfield memd cork.png cork-grown.png\n"
-        "  btfield memd cork.png cork-grown.png --both --json\n"
-        "  btfield memd material.exr grown.exr --white 12.5 --metric l2 --map errors.png");
+    set_guide(*command,
+              {.usual = {{"btfield memd cork.png cork-4x.png"}},
+               .more = {{"btfield memd cork.png cork-4x.png --both"},
+                        {"btfield memd material.exr grown.exr --white 12.5 --metric l2 --map errors.png"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

@@ -7,6 +7,8 @@
 #include <limits>
 #include <system_error>
 
+#include "host/cli/command_text.hpp"
+
 namespace btfield::cli {
 namespace {
 
@@ -146,11 +148,12 @@ CLI::Option* add_device(CLI::App& app, std::string& spec) {
     return app
         .add_option("--device", spec,
                     "auto, cpu, gpu, PLATFORM:DEVICE or part of a name (default: $BTFIELD_DEVICE, else auto)")
-        ->type_name("SPEC");
+        ->type_name("SPEC")
+        ->group(general);
 }
 
 CLI::Option* add_json(CLI::App& app, bool& json) {
-    return app.add_flag("--json", json, "print one JSON object instead of plain text");
+    return app.add_flag("--json", json, "print one JSON object instead of plain text")->group(general);
 }
 
 }  // namespace btfield::cli

@@ -13,6 +13,7 @@ namespace btfield::cli {
 namespace {
 
 constexpr std::string_view correlated = "correlated:";
+const std::string supports = "Neighbourhood and pyramid";
 
 /// A number in [1, highest], or "auto".
 void add_int_or_auto(CLI::App& command, const std::string& name, int highest, int& value,
@@ -29,7 +30,7 @@ void add_int_or_auto(CLI::App& command, const std::string& name, int highest, in
         }
         value = static_cast<int>(*number);
     };
-    command.add_option_function<std::string>(name, read, help)->type_name("N|auto");
+    command.add_option_function<std::string>(name, read, help)->type_name("N|auto")->group(supports);
 }
 
 void add_model(CLI::App& command, FitOptions& fit) {
@@ -80,7 +81,8 @@ void add_neighbourhood(CLI::App& command, FitOptions& fit) {
             "which offsets of the order; car takes the first two, mmrf and pmrf symmetric only; "
             "correlated:N, such as correlated:12: the N of order 8 that each level correlates with most "
             "(default: causal for car, symmetric for the others)")
-        ->type_name(words);
+        ->type_name(words)
+        ->group(supports);
 }
 
 }  // namespace
@@ -94,6 +96,8 @@ void add_selection(CLI::App& command, FitOptions& fit) {
     add_int_or_auto(
         command, "--levels", 30, fit.levels, [&fit] { fit.choose_levels = true; },
         "pyramid levels; 1 is no pyramid; auto: by BIC (default: by size, 5 at most)");
+    add_int(command, "--factor", fit.factor, 2, 1024, "pyramid reduction factor (default: 2)")
+        ->group(supports);
 }
 
 }  // namespace btfield::cli

@@ -9,7 +9,7 @@
 
 namespace btfield::cli {
 
-/// --model, --order, --neighbourhood, --levels.
+/// --model, --order, --neighbourhood, --levels, --factor.
 void add_selection(CLI::App& command, FitOptions& fit);
 
 }  // namespace btfield::cli

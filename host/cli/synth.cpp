@@ -15,6 +15,7 @@
 #include "btfield/synthesis.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 #include "host/synthesis/synthesis_names.hpp"
@@ -260,26 +261,31 @@ void add_synth(CLI::App& app, Action& action) {
     add_uint64(*command, "--seed", options->seed, "which texture (default: 0)");
     add_int(*command, "--count", options->count, 1, 1000000,
             "this many textures, of seeds N, N + 1, ...; a zero-padded number goes before the extension");
+    const std::string synthesis = "Synthesis";
     add_choice(
         *command, "--method", options->synthesis.method,
-        "solve in frequency, or run car models pixel after pixel, which does not tile (default: torus)");
+        "solve in frequency, or run car models pixel after pixel, which does not tile (default: torus)")
+        ->group(synthesis);
     add_choice(
         *command, "--noise-domain", options->synthesis.noise_domain,
         "where the white noise is drawn: spatial costs one more transform, or none of ma models with small "
-        "supports; raster is always spatial (default: frequency)");
-    command->add_flag("--allow-invalid", options->synthesis.allow_invalid,
-                      "synthesise although the model's certificate fails");
-    command->add_flag("--profile", options->profile, "print the time of every kernel to standard error");
+        "supports; raster is always spatial (default: frequency)")
+        ->group(synthesis);
+    command
+        ->add_flag("--allow-invalid", options->synthesis.allow_invalid,
+                   "synthesise although the model's certificate fails")
+        ->group(synthesis);
+    command->add_flag("--profile", options->profile, "print the time of every kernel to standard error")
+        ->group(synthesis);
     add_device(*command, options->device);
     add_json(*command, options->json);
-    command->footer(
-        "Examples:\n"
-        "  btfield synth cork.json -o cork-4x.png --size 2048x2048\n"
-        "  btfield synth cork.json -o variant.png --count 16 --seed 100     writes variant-00.png to "
-        "variant-15.png\n"
-        "  btfield synth cork.btfm -o cork.exr --device gpu --profile\n"
-        "  btfield synth cork.json -o cork.png --method raster\n"
-        "  btfield synth models/*.json -o textures/ --size 1024x1024");
+    set_guide(
+        *command,
+        {.usual = {{"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
+                   {"btfield synth cork.json -o variant.png --count 16", "variant-00.png to variant-15.png"}},
+         .more = {{"btfield synth models/*.json -o textures/"},
+                  {"btfield synth cork.json -o raster.png --method raster"},
+                  {"btfield synth cork.json -o cork.exr --device gpu --profile"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 
