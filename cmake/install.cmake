@@ -15,18 +15,16 @@ install(DIRECTORY include/btfield TYPE INCLUDE COMPONENT development)
 # Completions and manual pages are what the command says of itself.
 set(BTFIELD_ZSH_COMPLETIONS ${CMAKE_INSTALL_DATADIR}/zsh/site-functions CACHE STRING "Folder of zsh completions")
 set(texts ${CMAKE_CURRENT_BINARY_DIR}/command_texts)
-add_custom_command(
-    OUTPUT ${texts}/made
-    COMMAND ${CMAKE_COMMAND} -E rm -rf ${texts}
-    COMMAND ${CMAKE_COMMAND} -E make_directory ${texts}/man1
-    COMMAND btfield_cli completion bash -o ${texts}/btfield
-    COMMAND btfield_cli completion zsh -o ${texts}/_btfield
-    COMMAND btfield_cli completion fish -o ${texts}/btfield.fish
-    COMMAND btfield_cli man --all ${texts}/man1
-    COMMAND ${CMAKE_COMMAND} -E touch ${texts}/made
-    DEPENDS btfield_cli COMMENT "Completions and manual pages" VERBATIM)
 if(NOT BTFIELD_SANITIZE)  # nothing is installed from there
-    add_custom_target(btfield_texts ALL DEPENDS ${texts}/made)
+    add_custom_command(
+        TARGET btfield_cli POST_BUILD
+        COMMAND ${CMAKE_COMMAND} -E rm -rf ${texts}
+        COMMAND ${CMAKE_COMMAND} -E make_directory ${texts}/man1
+        COMMAND btfield_cli completion bash -o ${texts}/btfield
+        COMMAND btfield_cli completion zsh -o ${texts}/_btfield
+        COMMAND btfield_cli completion fish -o ${texts}/btfield.fish
+        COMMAND btfield_cli man --all ${texts}/man1
+        COMMENT "Completions and manual pages" VERBATIM)
 endif()
 install(FILES ${texts}/btfield DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT command)
 install(FILES ${texts}/_btfield DESTINATION ${BTFIELD_ZSH_COMPLETIONS} COMPONENT command)
@@ -43,6 +41,11 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/btfield-config.cmake ${CMAKE_CURRENT_B
         DESTINATION ${package_dir} COMPONENT development)
 
 file(RELATIVE_PATH PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)  # wherever the tree is moved to
+# pkg-config wants private requirements to be installed even where it only lists flags: a shared library names none.
+if(NOT BUILD_SHARED_LIBS)
+    set(PC_PRIVATE "Requires.private: OpenCL clFFT OpenImageIO\nLibs.private: -pthread")
+    set(PC_EXPERIMENT_PRIVATE "Requires.private: sqlite3")
+endif()
 foreach(name btfield btfield-experiment)
     configure_file(cmake/${name}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
     install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig

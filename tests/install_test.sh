@@ -30,6 +30,10 @@ cmake --install "$build" --prefix "$work/installed" >/dev/null
 mv "$work/installed" "$work/moved"
 check "$work/moved"
 "$work/moved/bin/btfield" --version
+for text in man/man1/btfield.1 man/man1/btfield-experiment-run.1 bash-completion/completions/btfield \
+    zsh/site-functions/_btfield fish/vendor_completions.d/btfield.fish; do
+    [[ -s $work/moved/share/$text ]] || { echo "share/$text is not installed"; exit 1; }
+done
 
 echo "Public names and no others"
 for library in "$work"/moved/lib*/libbtfield.so "$work"/moved/lib*/*/libbtfield.so \

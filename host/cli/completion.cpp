@@ -6,19 +6,24 @@
 
 #include "btfield/device.hpp"
 #include "host/base/file_output.hpp"
+#include "host/base/names.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 
-namespace btfield {
+namespace btfield::cli {
+namespace {
 
-namespace cli {
 enum class Shell { bash, zsh, fish, devices };
-}
+
+}  // namespace
+}  // namespace btfield::cli
+
+namespace btfield::detail {
 
 template <>
-struct detail::Names<cli::Shell> {
+struct Names<cli::Shell> {
     static constexpr std::string_view what = "shell";
     static constexpr auto words = std::to_array<Word<cli::Shell>>({{cli::Shell::bash, "bash"},
                                                                    {cli::Shell::zsh, "zsh"},
@@ -26,7 +31,7 @@ struct detail::Names<cli::Shell> {
                                                                    {cli::Shell::devices, "devices"}});
 };
 
-}  // namespace btfield
+}  // namespace btfield::detail
 
 namespace btfield::cli {
 namespace {
