@@ -7,7 +7,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_products.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/parallel.hpp"
 
 namespace btfield {
@@ -19,12 +19,11 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using std::size_t;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Pixels that a thread takes at a time: its sums of all planes stay in the first cache.
 constexpr size_t block_pixels = 1024;
 
-Eigen::Map<const RowMajor> matrix_of(const SpectralBasis& basis) {
+Eigen::Map<const RowMajorMatrix> matrix_of(const SpectralBasis& basis) {
     return {basis.matrix.data(), basis.rank, basis.planes};
 }
 
@@ -82,7 +81,7 @@ SpectralBasis spectral_basis(const Image& image) {
 
     const Index d = image.planes();
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(
-        MatrixXd(Eigen::Map<const RowMajor>(covariance.data(), d, d)));
+        MatrixXd(Eigen::Map<const RowMajorMatrix>(covariance.data(), d, d)));
     const double most = solver.eigenvalues()(d - 1);
     // Rounding of a mean may give a constant plane a variance of its value's 1e-33.
     const std::vector<double> mean = plane_means(image);
@@ -121,7 +120,7 @@ Image from_eigenplanes(const SpectralBasis& basis, const Image& eigenplanes, Col
 
 LagCovariance turned(const SpectralBasis& basis, const LagCovariance& statistic) {
     require_planes("turn lag covariances", statistic.planes(), basis.planes);
-    const Eigen::Map<const RowMajor> t = matrix_of(basis);
+    const Eigen::Map<const RowMajorMatrix> t = matrix_of(basis);
     LagCovariance result(basis.rank, statistic.size(), statistic.box());
     const Eigen::Map<const Eigen::VectorXd> means(statistic.mean().data(), basis.planes),
         centre(basis.mean.data(), basis.planes);
@@ -133,7 +132,7 @@ LagCovariance turned(const SpectralBasis& basis, const LagCovariance& statistic)
             const Offset s{row, column};
             for (int i = 0; i < basis.planes; ++i)
                 for (int j = 0; j < basis.planes; ++j) block(i, j) = statistic(i, j, s);
-            const MatrixXd seen = t * block * t.transpose();
+            const MatrixXd seen = congruent(t, block);
             for (int i = 0; i < basis.rank; ++i)
                 for (int j = 0; j < basis.rank; ++j) result.set(i, j, s, seen(i, j));
         }
@@ -147,13 +146,13 @@ std::vector<double> turned_back(const SpectralBasis& basis, std::span<const doub
         throw InputError("turn covariances of " + std::to_string(r) + " eigenplanes back",
                          "their number is " + std::to_string(covariances.size()),
                          "give " + std::to_string(r * r) + " of each lag");
-    const Eigen::Map<const RowMajor> t = matrix_of(basis);
+    const Eigen::Map<const RowMajorMatrix> t = matrix_of(basis);
     const size_t lags = covariances.size() / (r * r);
     std::vector<double> result(lags * d * d);
     for (size_t s = 0; s < lags; ++s) {
-        const Eigen::Map<const RowMajor> block(covariances.data() + s * r * r, basis.rank, basis.rank);
-        Eigen::Map<RowMajor>(result.data() + s * d * d, basis.planes, basis.planes) =
-            t.transpose() * block * t;
+        const Eigen::Map<const RowMajorMatrix> block(covariances.data() + s * r * r, basis.rank, basis.rank);
+        Eigen::Map<RowMajorMatrix>(result.data() + s * d * d, basis.planes, basis.planes) =
+            congruent(t.transpose(), block);
     }
     return result;
 }
@@ -174,7 +173,7 @@ void check(const SpectralBasis& basis) {
     const auto finite = [](double value) { return std::isfinite(value); };
     if (!std::ranges::all_of(basis.mean, finite) || !std::ranges::all_of(basis.matrix, finite))
         refuse("it holds values that are not finite");
-    const Eigen::Map<const RowMajor> t = matrix_of(basis);
+    const Eigen::Map<const RowMajorMatrix> t = matrix_of(basis);
     const double off = (t * t.transpose() - MatrixXd::Identity(basis.rank, basis.rank)).cwiseAbs().maxCoeff();
     if (!(off <= 1e-9)) refuse("its rows are not orthonormal");
 }

@@ -99,6 +99,18 @@ void add_product(const ConstRows& a, const ConstRows& b, Rows c) {
     }
 }
 
+Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, const Eigen::MatrixXd& c) {
+    return a * b * c;
+}
+
+Eigen::MatrixXcd product(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b) {
+    return a * b;
+}
+
+Eigen::MatrixXd congruent(const Eigen::MatrixXd& a, const Eigen::MatrixXd& m) {
+    return a * m * a.transpose();
+}
+
 Cholesky::Cholesky(const Eigen::MatrixXd& matrix) : factor_(matrix) {
     constexpr Index width = 32;
     const Index n = factor_.rows();

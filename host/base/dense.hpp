@@ -7,13 +7,21 @@
 
 namespace btfield::detail {
 
-using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 /// Rows apart by any stride.
 using ConstRows = Eigen::Ref<const RowMajorMatrix, 0, Eigen::OuterStride<>>;
 using Rows = Eigen::Ref<RowMajorMatrix, 0, Eigen::OuterStride<>>;
 
 /// c += a b. Precondition: c overlaps neither a nor b.
 void add_product(const ConstRows& a, const ConstRows& b, Rows c);
+
+// Small products, compiled once: each that is written out takes a compiler half a second.
+/// a b c
+[[nodiscard]] Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b,
+                                      const Eigen::MatrixXd& c);
+/// a b
+[[nodiscard]] Eigen::MatrixXcd product(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
+/// a m aᵀ
+[[nodiscard]] Eigen::MatrixXd congruent(const Eigen::MatrixXd& a, const Eigen::MatrixXd& m);
 
 /// H = L Lᵀ.
 class Cholesky {

@@ -13,58 +13,64 @@
 #define BTFIELD_INSTANTIATE extern
 #endif
 
+namespace btfield::detail {
+
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+}  // namespace btfield::detail
+
 namespace Eigen {
 
-BTFIELD_INSTANTIATE template class LLT<MatrixXd, Lower>;
-BTFIELD_INSTANTIATE template LLT<MatrixXd, Lower>& LLT<MatrixXd, Lower>::compute(const EigenBase<MatrixXd>&);
-BTFIELD_INSTANTIATE template class PartialPivLU<MatrixXd>;
-BTFIELD_INSTANTIATE template PartialPivLU<MatrixXd>::PartialPivLU(const EigenBase<MatrixXd>&);
-BTFIELD_INSTANTIATE template class PartialPivLU<MatrixXcd>;
-BTFIELD_INSTANTIATE template PartialPivLU<MatrixXcd>::PartialPivLU(const EigenBase<MatrixXcd>&);
-BTFIELD_INSTANTIATE template class SelfAdjointEigenSolver<MatrixXd>;
+// Members one by one: the whole classes hold as much again that nothing here uses.
+#define BTFIELD_DECOMPOSITIONS(MATRIX)                                                                      \
+    BTFIELD_INSTANTIATE template LLT<MATRIX, Lower>& LLT<MATRIX, Lower>::compute(const EigenBase<MATRIX>&); \
+    BTFIELD_INSTANTIATE template void PartialPivLU<MATRIX>::compute();
+BTFIELD_DECOMPOSITIONS(MatrixXd)
+BTFIELD_DECOMPOSITIONS(MatrixXcd)
+#undef BTFIELD_DECOMPOSITIONS
 BTFIELD_INSTANTIATE template SelfAdjointEigenSolver<MatrixXd>& SelfAdjointEigenSolver<MatrixXd>::compute(
     const EigenBase<MatrixXd>&, int);
 
 namespace internal {
 
-using Traits = gebp_traits<double, double>;
-template <int Order>
-using ReadMapper = const_blas_data_mapper<double, Index, Order>;
-using WriteMapper = blas_data_mapper<double, Index, ColMajor, Unaligned, 1>;
-BTFIELD_INSTANTIATE template struct gebp_kernel<double, double, Index, WriteMapper, Traits::mr, Traits::nr,
-                                                false, false>;
-BTFIELD_INSTANTIATE template struct gemm_pack_lhs<double, Index, ReadMapper<ColMajor>, Traits::mr,
-                                                  Traits::LhsProgress, Traits::LhsPacket4Packing, ColMajor>;
-BTFIELD_INSTANTIATE template struct gemm_pack_lhs<double, Index, ReadMapper<RowMajor>, Traits::mr,
-                                                  Traits::LhsProgress, Traits::LhsPacket4Packing, RowMajor>;
-BTFIELD_INSTANTIATE template struct gemm_pack_rhs<double, Index, ReadMapper<ColMajor>, Traits::nr, ColMajor>;
-BTFIELD_INSTANTIATE template struct gemm_pack_rhs<double, Index, ReadMapper<RowMajor>, Traits::nr, RowMajor>;
+template <class Scalar>
+using Traits = gebp_traits<Scalar, Scalar>;
+template <class Scalar, int Order>
+using ReadMapper = const_blas_data_mapper<Scalar, Index, Order>;
 
-#define BTFIELD_MATRIX_VECTOR_PRODUCT(LHS, RHS)                        \
-    BTFIELD_INSTANTIATE template struct general_matrix_vector_product< \
-        Index, double, ReadMapper<LHS>, LHS, false, double, ReadMapper<RHS>, false, 0>;
-BTFIELD_MATRIX_VECTOR_PRODUCT(ColMajor, ColMajor)
-BTFIELD_MATRIX_VECTOR_PRODUCT(ColMajor, RowMajor)
-BTFIELD_MATRIX_VECTOR_PRODUCT(RowMajor, ColMajor)
-BTFIELD_MATRIX_VECTOR_PRODUCT(RowMajor, RowMajor)
-#undef BTFIELD_MATRIX_VECTOR_PRODUCT
-
-#define BTFIELD_MATRIX_PRODUCT(LHS, RHS)                                                                 \
-    BTFIELD_INSTANTIATE template struct general_matrix_matrix_product<Index, double, LHS, false, double, \
+#define BTFIELD_PRODUCTS_IN_ORDER(SCALAR, LHS, RHS)                                                      \
+    BTFIELD_INSTANTIATE template struct general_matrix_vector_product<                                   \
+        Index, SCALAR, ReadMapper<SCALAR, LHS>, LHS, false, SCALAR, ReadMapper<SCALAR, RHS>, false, 0>;  \
+    BTFIELD_INSTANTIATE template struct general_matrix_matrix_product<Index, SCALAR, LHS, false, SCALAR, \
                                                                       RHS, false, ColMajor, 1>;
-BTFIELD_MATRIX_PRODUCT(ColMajor, ColMajor)
-BTFIELD_MATRIX_PRODUCT(ColMajor, RowMajor)
-BTFIELD_MATRIX_PRODUCT(RowMajor, ColMajor)
-BTFIELD_MATRIX_PRODUCT(RowMajor, RowMajor)
-#undef BTFIELD_MATRIX_PRODUCT
-
-#define BTFIELD_TRIANGULAR_SOLVE(MODE)                                                                 \
-    BTFIELD_INSTANTIATE template struct triangular_solve_matrix<double, Index, OnTheLeft, MODE, false, \
+#define BTFIELD_PRODUCTS(SCALAR)                                                                             \
+    BTFIELD_INSTANTIATE template struct gebp_kernel<SCALAR, SCALAR, Index,                                   \
+                                                    blas_data_mapper<SCALAR, Index, ColMajor, Unaligned, 1>, \
+                                                    Traits<SCALAR>::mr, Traits<SCALAR>::nr, false, false>;   \
+    BTFIELD_PACKING(SCALAR, ColMajor)                                                                        \
+    BTFIELD_PACKING(SCALAR, RowMajor)                                                                        \
+    BTFIELD_PRODUCTS_IN_ORDER(SCALAR, ColMajor, ColMajor)                                                    \
+    BTFIELD_PRODUCTS_IN_ORDER(SCALAR, ColMajor, RowMajor)                                                    \
+    BTFIELD_PRODUCTS_IN_ORDER(SCALAR, RowMajor, ColMajor)                                                    \
+    BTFIELD_PRODUCTS_IN_ORDER(SCALAR, RowMajor, RowMajor)                                                    \
+    BTFIELD_TRIANGULAR_SOLVE(SCALAR, Lower)                                                                  \
+    BTFIELD_TRIANGULAR_SOLVE(SCALAR, Upper)                                                                  \
+    BTFIELD_TRIANGULAR_SOLVE(SCALAR, UnitLower)
+#define BTFIELD_PACKING(SCALAR, ORDER)                                                                 \
+    BTFIELD_INSTANTIATE template struct gemm_pack_lhs<SCALAR, Index, ReadMapper<SCALAR, ORDER>,        \
+                                                      Traits<SCALAR>::mr, Traits<SCALAR>::LhsProgress, \
+                                                      Traits<SCALAR>::LhsPacket4Packing, ORDER>;       \
+    BTFIELD_INSTANTIATE template struct gemm_pack_rhs<SCALAR, Index, ReadMapper<SCALAR, ORDER>,        \
+                                                      Traits<SCALAR>::nr, ORDER>;
+#define BTFIELD_TRIANGULAR_SOLVE(SCALAR, MODE)                                                         \
+    BTFIELD_INSTANTIATE template struct triangular_solve_matrix<SCALAR, Index, OnTheLeft, MODE, false, \
                                                                 ColMajor, ColMajor, 1>;
-BTFIELD_TRIANGULAR_SOLVE(Lower)
-BTFIELD_TRIANGULAR_SOLVE(Upper)
-BTFIELD_TRIANGULAR_SOLVE(UnitLower)
+BTFIELD_PRODUCTS(double)
+BTFIELD_PRODUCTS(std::complex<double>)
 #undef BTFIELD_TRIANGULAR_SOLVE
+#undef BTFIELD_PACKING
+#undef BTFIELD_PRODUCTS
+#undef BTFIELD_PRODUCTS_IN_ORDER
 
 }  // namespace internal
 }  // namespace Eigen

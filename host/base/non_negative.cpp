@@ -1,10 +1,9 @@
 #include "host/base/non_negative.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <vector>
 
-#include "host/base/eigen.hpp"
+#include "host/base/decompositions.hpp"
 
 namespace btfield::detail {
 
@@ -25,7 +24,7 @@ VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
         }
         MatrixXd columns(a.rows(), static_cast<Index>(used.size()));
         for (size_t k = 0; k < used.size(); ++k) columns.col(static_cast<Index>(k)) = a.col(used[k]);
-        const VectorXd part = columns.colPivHouseholderQr().solve(b);
+        const VectorXd part = least_norm_solution(columns, b);
         VectorXd full = VectorXd::Zero(unknowns);
         for (size_t k = 0; k < used.size(); ++k) full[used[k]] = part[static_cast<Index>(k)];
         return full;

@@ -10,7 +10,7 @@
 namespace btfield::cli {
 namespace {
 
-struct Options {
+struct CompareArguments {
     std::string a, b;
     bool json = false;
 };
@@ -47,7 +47,7 @@ void report_text(const Comparison& comparison, const std::vector<double>& quanti
               " of A's; quantile errors in A's standard deviations\n");
 }
 
-void run(const Options& options) {
+void run(const CompareArguments& options) {
     const Image a = read_picture(options.a).image;
     const Image b = read_picture(options.b).image;
     const Comparison comparison = compare(a, b);
@@ -64,7 +64,7 @@ void run(const Options& options) {
 void add_compare(CLI::App& app, Action& action) {
     CLI::App* command =
         app.add_subcommand("compare", "hold the statistics of a picture against those of another");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<CompareArguments>();
     command->add_option("A", options->a, "reference picture")->required()->type_name("");
     command->add_option("B", options->b, "picture to judge; its size may differ")->required()->type_name("");
     add_json(*command, options->json);

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct FitArguments {
     std::vector<std::string> pictures;
     std::string output, all, device;
     std::optional<Crop> crop;
@@ -35,7 +35,7 @@ struct Options {
     bool json = false;
 };
 
-struct Job {
+struct FitJob {
     fs::path picture, output;
     ModelKind kind = ModelKind::car3d;
     TextureModel model;
@@ -71,7 +71,7 @@ void check_output(const fs::path& output, const fs::path& picture) {
 
 /// One model per picture: OUTPUT itself, or, where that is a folder, STEM.json inside. With --all ten, as
 /// STEM-MODEL.json. Jobs of a picture follow one another.
-std::vector<Job> plan(const Options& options) {
+std::vector<FitJob> plan(const FitArguments& options) {
     std::error_code error;
     const bool all = !options.all.empty();
     if (all == !options.output.empty()) {
@@ -86,11 +86,11 @@ std::vector<Job> plan(const Options& options) {
     }
     const std::vector<ModelKind> one{options.fit.model};
     const std::span<const ModelKind> kinds = all ? model_kinds() : std::span<const ModelKind>(one);
-    std::vector<Job> jobs;
+    std::vector<FitJob> jobs;
     std::set<fs::path> outputs;
     for (const fs::path picture : options.pictures) {
         for (const ModelKind kind : kinds) {
-            Job job;
+            FitJob job;
             job.picture = picture;
             job.kind = kind;
             const std::string suffix = all ? "-" + std::string(name(kind)) + ".json" : ".json";
@@ -116,8 +116,8 @@ Provenance provenance(const fs::path& path, const Picture& picture) {
 }
 
 /// Fits the jobs of one picture, which is read and analysed once. What they share counts for the first.
-void fit_picture(Device& device, std::span<Job> jobs, const Options& options, Progress& bar, double done,
-                 double share) {
+void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& options, Progress& bar,
+                 double done, double share) {
     const Stopwatch reading;
     const fs::path& path = jobs.front().picture;
     bar.show(done, "read " + path.filename().string());
@@ -136,7 +136,7 @@ void fit_picture(Device& device, std::span<Job> jobs, const Options& options, Pr
         FitOptions& each = all.emplace_back(options.fit);
         each.model = jobs[k].kind;
         each.progress = [&, k](std::string_view stage, double seconds) {
-            Job& job = jobs[k];
+            FitJob& job = jobs[k];
             const bool fitting = stage == "fit" || stage == "gains";
             (fitting ? job.fit : job.analysis) += seconds;
             job.total += seconds;
@@ -156,7 +156,7 @@ void fit_picture(Device& device, std::span<Job> jobs, const Options& options, Pr
     }
 }
 
-Json job_json(const Job& job, std::uintmax_t bytes) {
+Json job_json(const FitJob& job, std::uintmax_t bytes) {
     Json seconds;
     seconds["read"] = job.read;
     seconds["analysis"] = job.analysis;
@@ -167,15 +167,15 @@ Json job_json(const Job& job, std::uintmax_t bytes) {
     return object;
 }
 
-std::string job_text(const Job& job, std::uintmax_t bytes) {
+std::string job_text(const FitJob& job, std::uintmax_t bytes) {
     return model_text(job.model, bytes) + "wrote " + job.output.string() + " (read " +
            seconds_text(job.read) + ", analysis " + seconds_text(job.analysis) + ", fit " +
            seconds_text(job.fit) + ", total " + seconds_text(job.total) + ")\n";
 }
 
-void run(const Options& options) {
+void run(const FitArguments& options) {
     const Stopwatch watch;
-    std::vector<Job> jobs = plan(options);
+    std::vector<FitJob> jobs = plan(options);
     preload_picture_formats();  // while the device opens
     Device device(options.device);
     const double opening = watch.seconds();
@@ -193,7 +193,7 @@ void run(const Options& options) {
     // Written when all are fitted: a picture that cannot be fitted leaves no models of the others behind.
     Json objects = Json::array();
     std::string text;
-    for (Job& job : jobs) {
+    for (FitJob& job : jobs) {
         const Stopwatch writing;
         write_model(job.output, job.model);
         job.total += writing.seconds();
@@ -223,7 +223,7 @@ void run(const Options& options) {
 
 void add_fit(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("fit", "fit a model to a picture");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<FitArguments>();
     FitOptions& fit = options->fit;
     command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR or PNM")
         ->required()

@@ -12,7 +12,7 @@
 namespace btfield::cli {
 namespace {
 
-struct Options {
+struct InfoArguments {
     std::string model;
     bool json = false;
 };
@@ -23,7 +23,7 @@ std::uintmax_t file_bytes(const std::filesystem::path& path) {
     return error ? 0 : bytes;  // a pipe has no size
 }
 
-void run(const Options& options) {
+void run(const InfoArguments& options) {
     const TextureModel model = read_model(options.model);
     const std::uintmax_t bytes = file_bytes(options.model);
     if (options.json) {
@@ -50,7 +50,7 @@ void run(const Options& options) {
 
 void add_info(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("info", "show what a model file holds");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<InfoArguments>();
     command->add_option("MODEL", options->model, "model file")->required()->type_name("");
     add_json(*command, options->json);
     set_guide(*command, {{{"btfield info cork.json"}}});

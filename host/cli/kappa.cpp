@@ -13,7 +13,7 @@
 namespace btfield::cli {
 namespace {
 
-struct Options {
+struct KappaArguments {
     std::vector<std::string> images;
     double cmax = 256.0;
     std::optional<double> white;
@@ -31,7 +31,7 @@ const char* verdict(const Kappa& kappa) {
     return kappa.two_dimensional() ? "2d" : "3d";
 }
 
-Judged judge(const std::string& path, const Options& options) {
+Judged judge(const std::string& path, const KappaArguments& options) {
     const Picture picture = read_picture(path);
     Judged result;
     result.image = path;
@@ -89,7 +89,7 @@ void report_text(const std::vector<Judged>& judged) {
     emit_text(text);
 }
 
-void run(const Options& options) {
+void run(const KappaArguments& options) {
     std::vector<Judged> judged;
     judged.reserve(options.images.size());
     for (const std::string& path : options.images) judged.push_back(judge(path, options));
@@ -105,7 +105,7 @@ void run(const Options& options) {
 void add_kappa(CLI::App& app, Action& action) {
     CLI::App* command =
         app.add_subcommand("kappa", "tell whether 2D models suffice for the colours of pictures");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<KappaArguments>();
     command->add_option("IMAGE", options->images, "pictures")->required()->type_name("");
     add_positive(*command, "--cmax", options->cmax, "largest value of a plane, c in kappa(c) (default: 256)");
     add_white(*command, options->white);

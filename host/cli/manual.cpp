@@ -109,7 +109,7 @@ std::string value_text(const std::string& value) {
     return text;
 }
 
-std::string option_name(const OptionText& option) {
+std::string option_title(const OptionText& option) {
     std::string name;
     for (const std::string& each : option.names) name += (name.empty() ? "" : ", ") + bold(each);
     return option.value.empty() ? name : name + " " + value_text(option.value);
@@ -170,7 +170,7 @@ std::string page(const CommandText& command) {
     text += ".SH OPTIONS\n";
     for (const OptionGroup& group : command.groups) {
         if (&group != &command.groups.front()) text += ".SS " + roff(group.title) + "\n";
-        for (const OptionText& option : group.options) text += entry(option_name(option), option.help);
+        for (const OptionText& option : group.options) text += entry(option_title(option), option.help);
     }
     text += examples(command.guide);
     if (!command.guide.notes.empty()) text += ".SH NOTES\n";

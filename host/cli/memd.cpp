@@ -20,7 +20,7 @@
 namespace btfield::cli {
 namespace {
 
-struct Options {
+struct MemdArguments {
     std::string a, b, map, device;
     Metric metric = Metric::max;
     std::optional<double> white;
@@ -35,7 +35,7 @@ Json value_json(const Memd& result) {
     return object;
 }
 
-void report_json(const Options& options, const MemdOptions& used, const Memd& forward,
+void report_json(const MemdArguments& options, const MemdOptions& used, const Memd& forward,
                  const std::optional<Memd>& back, const std::string& device, const Stopwatch& total) {
     Json object = value_json(forward);
     object["metric"] = name(options.metric);
@@ -56,7 +56,7 @@ std::string value_text(const std::string& what, const Memd& result) {
            " %\n";
 }
 
-void report_text(const Options& options, const MemdOptions& used, bool hdr, const Memd& forward,
+void report_text(const MemdArguments& options, const MemdOptions& used, bool hdr, const Memd& forward,
                  const std::optional<Memd>& back) {
     std::string text = value_text("MEMD(A, B)", forward);
     if (back) text += value_text("MEMD(B, A)", *back);
@@ -69,7 +69,7 @@ void report_text(const Options& options, const MemdOptions& used, bool hdr, cons
     emit_text(text);
 }
 
-void run(const Options& options) {
+void run(const MemdArguments& options) {
     const Stopwatch total;
     if (!options.map.empty()) check_error_map(options.map);
     const Picture a = read_picture(options.a), b = read_picture(options.b);
@@ -99,7 +99,7 @@ void run(const Options& options) {
 void add_memd(CLI::App& app, Action& action) {
     CLI::App* command =
         app.add_subcommand("memd", "mean exhaustive minimum distance of the colours of two pictures");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<MemdArguments>();
     command->add_option("A", options->a, "reference picture, scanned in raster order")
         ->required()
         ->type_name("");

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct SynthArguments {
     std::vector<std::string> models;
     std::string output, device;
     std::optional<Size> size;
@@ -36,7 +36,7 @@ struct Options {
 };
 
 /// One model's textures.
-struct Job {
+struct SynthJob {
     std::string file;
     TextureModel model;
     Size size;
@@ -67,7 +67,7 @@ const char* extension(const TextureModel& model) {
 
 /// What the error says, of this model where there are several.
 template <class Work>
-void about(const Options& options, const std::string& file, Work work) {
+void about(const SynthArguments& options, const std::string& file, Work work) {
     try {
         work();
     } catch (const InputError& error) {
@@ -77,16 +77,16 @@ void about(const Options& options, const std::string& file, Work work) {
 }
 
 /// Reads and checks all models and all names of outputs, before any work is done.
-std::vector<Job> plan(const Options& options) {
+std::vector<SynthJob> plan(const SynthArguments& options) {
     std::error_code error;
     const bool folder = fs::is_directory(options.output, error);
     if (options.models.size() > 1 && !folder)
         throw UsageError("--output: '" + options.output + "' is no folder, as several models need");
     const int count = options.count.value_or(1);
-    std::vector<Job> jobs;
+    std::vector<SynthJob> jobs;
     std::set<fs::path> names;
     for (const std::string& file : options.models) {
-        Job job;
+        SynthJob job;
         job.file = file;
         about(options, file, [&] {
             job.model = read_model(file);
@@ -107,7 +107,8 @@ std::vector<Job> plan(const Options& options) {
     return jobs;
 }
 
-void grow(Device& device, const Options& options, Job& job, Progress& bar, double done, double share) {
+void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
+          double share) {
     const Stopwatch total, setup;
     bar.show(done, fs::path(job.file).filename().string());
     Synthesiser synthesiser(device, job.model, job.size, options.synthesis);
@@ -135,7 +136,7 @@ void grow(Device& device, const Options& options, Job& job, Progress& bar, doubl
 }
 
 /// Why the edges of a texture do not meet, and which sides would.
-std::string tiling_text(const Job& job, SynthesisMethod method) {
+std::string tiling_text(const SynthJob& job, SynthesisMethod method) {
     if (job.tileable) return "Opposite edges continue each other: it tiles.";
     if (method == SynthesisMethod::raster)
         return "It does not tile: a raster recursion has borders (--method torus has none).";
@@ -149,7 +150,7 @@ std::string tiling_text(const Job& job, SynthesisMethod method) {
     return text + ".";
 }
 
-Json job_json(const Job& job, const Device& device) {
+Json job_json(const SynthJob& job, const Device& device) {
     Json outputs = Json::array();
     for (const fs::path& output : job.outputs) outputs.push_back(output.string());
     Json seconds;
@@ -168,7 +169,7 @@ Json job_json(const Job& job, const Device& device) {
     return object;
 }
 
-std::string job_text(const Job& job, SynthesisMethod method, const Device& device) {
+std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& device) {
     const std::size_t count = job.outputs.size();
     std::string text = "wrote " + job.outputs.front().string();
     if (count > 1)
@@ -200,13 +201,13 @@ void report_profile(const std::vector<ProfileEntry>& profile) {
     std::fputs(table(rows, "lr").c_str(), stderr);
 }
 
-void run(const Options& options) {
+void run(const SynthArguments& options) {
     const Stopwatch total;
     const std::uint64_t last = static_cast<std::uint64_t>(options.count.value_or(1) - 1);
     if (options.seed > std::numeric_limits<std::uint64_t>::max() - last) {
         throw UsageError("--seed: the seed of the last texture is beyond 18446744073709551615");
     }
-    std::vector<Job> jobs = plan(options);
+    std::vector<SynthJob> jobs = plan(options);
     preload_picture_formats();  // while the device opens
 
     const Stopwatch setup;
@@ -224,7 +225,7 @@ void run(const Options& options) {
     }
     Json objects = Json::array();
     std::string text;
-    for (const Job& job : jobs) {
+    for (const SynthJob& job : jobs) {
         if (!is_valid(job.model))
             warn("'" + job.file + "' is not certified; its textures may be far from the picture");
         objects.push_back(job_json(job, device));
@@ -246,7 +247,7 @@ void run(const Options& options) {
 
 void add_synth(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("synth", "grow new texture from a model");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<SynthArguments>();
     command->add_option("MODEL", options->models, "model file")->required()->type_name("");
     command
         ->add_option(

@@ -72,7 +72,6 @@ class DeviceColours {
         const std::vector<std::uint32_t>& slots = tree_->changes();
         if (slots.empty()) return;
         const ColourTreeArrays& arrays = tree_->arrays();
-        constexpr size_t lanes = ColourTree::lanes;
         const auto d = static_cast<size_t>(arrays.planes);
         std::vector<float> values;
         std::vector<std::uint32_t> rasters;
@@ -80,7 +79,8 @@ class DeviceColours {
         rasters.reserve(slots.size());
         for (const std::uint32_t slot : slots) {
             for (size_t i = 0; i < d; ++i)
-                values.push_back(arrays.points[(slot / lanes * d + i) * lanes + slot % lanes]);
+                values.push_back(arrays.points[(slot / ColourTree::lanes * d + i) * ColourTree::lanes +
+                                               slot % ColourTree::lanes]);
             rasters.push_back(arrays.first[slot]);
         }
         const Buffer device_slots = device_->upload(slots), device_values = device_->upload(values),

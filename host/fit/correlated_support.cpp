@@ -20,7 +20,7 @@ double correlation(const LagCovariance& statistic, Offset s) {
     return sum / statistic.planes();
 }
 
-std::string text_of(double correlation) {
+std::string three_digits(double correlation) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3f", correlation);
     return text;
@@ -75,7 +75,7 @@ std::string correlated_reason(int count, NeighbourhoodKind kind, const std::vect
     std::string text = "the " + std::to_string(count) + " most correlated of " +
                        std::to_string(candidates.size() - static_cast<size_t>(centres)) + " " +
                        std::string(name(kind)) + " offsets, weakest correlation kept by level: ";
-    for (size_t k = 0; k < weakest.size(); ++k) text += (k == 0 ? "" : ", ") + text_of(weakest[k]);
+    for (size_t k = 0; k < weakest.size(); ++k) text += (k == 0 ? "" : ", ") + three_digits(weakest[k]);
     return text;
 }
 

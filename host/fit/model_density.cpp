@@ -9,7 +9,7 @@
 
 #include "btfield/theory.hpp"
 #include "host/analysis/expansion.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/parallel.hpp"
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/spectral_density.hpp"
@@ -22,7 +22,6 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using std::size_t;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// S_t of one model at any frequency.
 class PartDensity {
@@ -49,15 +48,15 @@ class PartDensity {
     [[nodiscard]] MatrixXcd at(double row_frequency, double column_frequency) const {
         const MatrixXcd lambda = lambda_.at(row_frequency, column_frequency);
         if (form_.kind == SpectralForm::Kind::moving_average) {
-            const MatrixXcd coloured = lambda * noise_;
-            return coloured * coloured.adjoint();
+            const MatrixXcd coloured = product(lambda, noise_);
+            return product(coloured, coloured.adjoint());
         }
         const MatrixXcd inverse = lambda.inverse();
-        if (form_.kind == SpectralForm::Kind::mmrf) return inverse * noise_;
+        if (form_.kind == SpectralForm::Kind::mmrf) return product(inverse, noise_);
         if (form_.kind == SpectralForm::Kind::pmrf)
-            return inverse * left_ * lambda * right_ * inverse.adjoint();
-        const MatrixXcd coloured = inverse * noise_;
-        return coloured * coloured.adjoint();
+            return product(product(product(product(inverse, left_), lambda), right_), inverse.adjoint());
+        const MatrixXcd coloured = product(inverse, noise_);
+        return product(coloured, coloured.adjoint());
     }
 
   private:
@@ -118,7 +117,7 @@ std::vector<LevelDensity> level_densities(const TextureModel& model, const Frequ
 MatrixXd whitening_of(const TextureModel& model) {
     const Index d = modelled_planes(model);
     if (model.whitening.empty()) return MatrixXd::Identity(d, d);
-    return Eigen::Map<const RowMajor>(model.whitening.data(), d, d);
+    return Eigen::Map<const RowMajorMatrix>(model.whitening.data(), d, d);
 }
 
 }  // namespace
@@ -136,14 +135,15 @@ double picture_log_likelihood(const TextureModel& model, const FoldedPeriodogram
             if (grid.row[m] == 0.0 && grid.column[n] == 0.0) continue;
             density.setZero();
             for (const LevelDensity& level : levels) level.add(grid, m, n, density);
-            density = whitening * density * whitening.adjoint();
+            density = product(product(whitening, density), whitening.adjoint());
             for (Index i = 0; i < d; ++i) {
                 for (Index j = 0; j < d; ++j) {
                     const auto a = static_cast<int>(i), b = static_cast<int>(j);
                     cell(i, j) = {periodogram.rows[m].real(a, b)[n], periodogram.rows[m].imaginary(a, b)[n]};
                 }
             }
-            const Eigen::LLT<MatrixXcd> root(0.5 * (density + density.adjoint()));
+            const MatrixXcd hermitian = 0.5 * (density + density.adjoint());
+            const Eigen::LLT<MatrixXcd> root(hermitian);
             const MatrixXcd lower = root.matrixL();
             const double term =
                 root.info() == Eigen::Success

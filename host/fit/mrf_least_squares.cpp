@@ -6,7 +6,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/text.hpp"
 #include "host/fit/least_squares.hpp"
 
@@ -90,7 +90,7 @@ class TurnedCovariance {
             for (int column = -box.column; column <= box.column; ++column) {
                 for (int i = 0; i < d; ++i)
                     for (int j = 0; j < d; ++j) c(i, j) = statistic(i, j, {row, column});
-                values_.emplace_back(turn * c * turn.transpose());
+                values_.push_back(congruent(turn, c));
             }
     }
     [[nodiscard]] const MatrixXd& operator()(Offset s) const {

@@ -9,7 +9,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 #include "host/fit/mrf_sweep.hpp"
 #include "host/fit/mrf_unknowns.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
@@ -21,13 +21,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
-using RowMajor = RowMajorMatrix;
 
 // Beyond this many unknowns the Hessian is not formed: conjugate gradients need only its products with
 // vectors.
 constexpr Index most_explicit = 1500;
 // Grids: while far from the optimum, near it, and the most that any picture gets.
-constexpr GridDensity coarse = {32, 12, 0, 0};
+constexpr GridDensity coarse_grid = {32, 12, 0, 0};
 constexpr GridDensity fine = {64, 16, 0, 0};
 // Uniform nodes: where the plain problem needs more than the first, it is not worth having; the second is for
 // the penalised one.
@@ -38,9 +37,9 @@ constexpr double acceptable = 1e-5;
 constexpr double longest_wave = 4.0;
 
 /// The convex problem in the basis that it is solved in.
-class Problem {
+class MrfProblem {
   public:
-    Problem(HalfSupport support, std::vector<MrfUnknown> unknowns, VectorXd data, int planes)
+    MrfProblem(HalfSupport support, std::vector<MrfUnknown> unknowns, VectorXd data, int planes)
         : support_(std::move(support)),
           unknowns_(std::move(unknowns)),
           data_(std::move(data)),
@@ -89,10 +88,10 @@ class Problem {
     [[nodiscard]] VectorXd gradient(const VectorXd& x, const Lattice& lattice) const {
         std::vector<LagSums> sums = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
-            RowMajor rows;
+            RowMajorMatrix rows;
             lower_triangle(s, rows);
             if (penalty_ > 0.0) {
-                RowMajor cubes;
+                RowMajorMatrix cubes;
                 lower_triangle(product(product(s, s), s), cubes);
                 rows += penalty_ * cubes;
             }
@@ -109,7 +108,7 @@ class Problem {
         const auto count = static_cast<Index>(pairs_.pairs().size());
         std::vector<LagSums> second = sums_of_blocks(lattice.rows(), lattice.twice, count);
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
-            RowMajor rows = RowMajor::Zero(2 * count, static_cast<Index>(lattice.columns()));
+            RowMajorMatrix rows = RowMajorMatrix::Zero(2 * count, static_cast<Index>(lattice.columns()));
             pairs_.add_products(s, s, 1.0, rows);
             if (penalty_ > 0.0) {
                 const LaneMatrix square = product(s, s), cube = product(square, s);
@@ -129,14 +128,14 @@ class Problem {
             LaneMatrix change(planes_, lattice.columns());
             evaluate(direction, lattice.grid.row[m], lattice.waves, change);
             change.complete_hermitian();
-            RowMajor rows;
+            RowMajorMatrix rows;
             const LaneMatrix once = product(product(s, change), s);
             lower_triangle(once, rows);
             if (penalty_ > 0.0) {
                 const LaneMatrix square = product(s, s);
                 for (const LaneMatrix& term :
                      {product(once, square), product(product(s, once), s), product(square, once)}) {
-                    RowMajor more;
+                    RowMajorMatrix more;
                     lower_triangle(term, more);
                     rows += penalty_ * more;
                 }
@@ -149,7 +148,7 @@ class Problem {
     [[nodiscard]] MatrixXd covariance(const VectorXd& x, const Lattice& lattice) const {
         std::vector<LagSums> sums = sums_of_blocks(lattice.rows(), lattice.lags, triangle());
         sweep(polynomial(x), lattice, true, [&](int block, size_t m, const LaneMatrix& s) {
-            RowMajor rows;
+            RowMajorMatrix rows;
             lower_triangle(s, rows);
             sums[static_cast<size_t>(block)].add(m, rows);
         });
@@ -176,7 +175,7 @@ class Problem {
 };
 
 /// Conjugate gradients on H step = −g to a relative residual.
-VectorXd conjugate_gradients(const Problem& problem, const VectorXd& x, const VectorXd& gradient,
+VectorXd conjugate_gradients(const MrfProblem& problem, const VectorXd& x, const VectorXd& gradient,
                              const Lattice& lattice, double relative) {
     VectorXd step = VectorXd::Zero(x.size()), residual = -gradient, direction = residual;
     double power = residual.squaredNorm();
@@ -203,7 +202,7 @@ struct Minimum {
 };
 
 /// Largest difference of covariances: the gradient counts those off the diagonal and at lags twice.
-double mismatch(const Problem& problem, const VectorXd& gradient) {
+double mismatch(const MrfProblem& problem, const VectorXd& gradient) {
     double largest = 0.0;
     for (Index k = 0; k < gradient.size(); ++k) {
         const double scale = 2.0 * std::abs(problem.unknowns()[static_cast<size_t>(k)].scale());
@@ -219,7 +218,7 @@ class Minimisation {
     /// \param start  positive definite everywhere
     /// \param limit  of the reach in pixels: beyond it, the search ends with too_long
     /// \param most_nodes  uniform ones, of the finest grid
-    Minimisation(const Problem& problem, const VectorXd& start, double limit, int most_nodes,
+    Minimisation(const MrfProblem& problem, const VectorXd& start, double limit, int most_nodes,
                  const MrfLikelihoodOptions& options)
         : problem_(problem), start_(start), limit_(limit), most_nodes_(most_nodes), options_(options) {}
 
@@ -229,11 +228,11 @@ class Minimisation {
         move_to(resolving(problem_.polynomial(x_), base_));
         if (!value_) return result_;
         while (follow_peaks()) {
-            const Problem::Derivatives at = derivatives();
+            const MrfProblem::Derivatives at = derivatives();
             const double off = mismatch(problem_, at.gradient);
             record(off);
             if (!std::isfinite(off)) break;
-            if (base_ == coarse && off < 1e-2) {
+            if (base_ == coarse_grid && off < 1e-2) {
                 base_ = fine;
                 if (!refine(resolving(problem_.polynomial(x_), base_))) break;
             } else if (off < options_.tolerance) {
@@ -274,7 +273,7 @@ class Minimisation {
         return resolved || refine(needed);
     }
     [[nodiscard]] bool explicitly() const { return x_.size() <= most_explicit; }
-    [[nodiscard]] Problem::Derivatives derivatives() const {
+    [[nodiscard]] MrfProblem::Derivatives derivatives() const {
         if (explicitly()) return problem_.derivatives(x_, *lattice_);
         return {problem_.gradient(x_, *lattice_), {}};
     }
@@ -311,7 +310,7 @@ class Minimisation {
         base_.per_level = finer.per_level;
         return refine(finer);
     }
-    [[nodiscard]] VectorXd direction(const Problem::Derivatives& at, double off) const {
+    [[nodiscard]] VectorXd direction(const MrfProblem::Derivatives& at, double off) const {
         if (!explicitly()) {
             return conjugate_gradients(problem_, x_, at.gradient, *lattice_, std::min(0.1, std::sqrt(off)));
         }
@@ -320,7 +319,7 @@ class Minimisation {
     }
     /// One of Newton's, shortened until the objective falls.
     /// \return false where none does
-    bool advance(const Problem::Derivatives& at, double off) {
+    bool advance(const MrfProblem::Derivatives& at, double off) {
         const VectorXd step = direction(at, off);
         const double slope = at.gradient.dot(step);
         if (!(slope < 0.0)) return false;
@@ -337,14 +336,14 @@ class Minimisation {
         return false;
     }
 
-    const Problem& problem_;
+    const MrfProblem& problem_;
     const VectorXd& start_;
     double limit_;
     int most_nodes_;
     const MrfLikelihoodOptions& options_;
     Minimum result_;
     VectorXd x_;
-    GridDensity base_ = coarse;
+    GridDensity base_ = coarse_grid;
     std::optional<Lattice> lattice_;
     std::optional<double> value_;
 };
@@ -360,15 +359,15 @@ MrfModel field_of(const HermitianPolynomial& q, const WorkingBasis& basis, const
     const Eigen::LLT<MatrixXd> factor(q.centre);
     const auto store = [&](const MatrixXd& term, size_t place) {
         const MatrixXd a = basis.inverse * factor.solve(term) * basis.forward;
-        Eigen::Map<RowMajor>(model.coefficients.data() + place * block, d, d) = a;
+        Eigen::Map<RowMajorMatrix>(model.coefficients.data() + place * block, d, d) = a;
     };
     for (size_t s = 0; s < q.terms.size(); ++s) {
         store(q.terms[s], support.position[s]);
         store(q.terms[s].transpose(), support.mirror[s]);
     }
-    const MatrixXd sigma = basis.inverse * factor.solve(MatrixXd::Identity(d, d)) * basis.inverse.transpose();
+    const MatrixXd sigma = congruent(basis.inverse, factor.solve(MatrixXd::Identity(d, d)));
     model.noise_covariance.resize(block);
-    Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+    Eigen::Map<RowMajorMatrix>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
     return model;
 }
 
@@ -394,7 +393,7 @@ VectorXd data_terms(const LagCovariance& statistic, const WorkingBasis& basis, c
     for (size_t k = 0; k < unknowns.size(); ++k) {
         const MrfUnknown& u = unknowns[k];
         if (k > 0 && u.offset != unknowns[k - 1].offset)
-            c = basis.forward * lag_matrix(statistic, u.offset) * basis.forward.transpose();
+            c = congruent(basis.forward, lag_matrix(statistic, u.offset));
         data[static_cast<Index>(k)] = 2.0 * u.scale() * c(u.i, u.j);
     }
     return data;
@@ -411,7 +410,7 @@ struct Solution {
 /// A support that is too small for a smooth picture makes up for the variance that it cannot give with ever
 /// longer waves: exponentially long ones on the infinite lattice, beyond float64. Waves longer than `longest`
 /// are then given up, and with them the part of the variance that only they could carry.
-Solution solve(Problem& problem, const VectorXd& x0, double longest, const MrfLikelihoodOptions& options) {
+Solution solve(MrfProblem& problem, const VectorXd& x0, double longest, const MrfLikelihoodOptions& options) {
     Solution end;
     end.minimum = Minimisation(problem, x0, longest, most_uniform, options).run(x0);
     end.x = end.minimum.x.size() > 0 ? end.minimum.x : x0;
@@ -434,7 +433,7 @@ Solution solve(Problem& problem, const VectorXd& x0, double longest, const MrfLi
 }
 
 /// What is to be said of a solution, the model itself excepted.
-MrfLikelihoodFit report_of(const Solution& solution, const Problem& problem, const VectorXd& x0,
+MrfLikelihoodFit report_of(const Solution& solution, const MrfProblem& problem, const VectorXd& x0,
                            const WorkingBasis& basis, const MatrixXd& c0) {
     MrfLikelihoodFit fit;
     const double units = -2.0 * std::log(std::abs(basis.forward.determinant()));
@@ -448,7 +447,7 @@ MrfLikelihoodFit report_of(const Solution& solution, const Problem& problem, con
     fit.converged = solution.minimum.converged;
     fit.certified = solution.proof.proven;
     fit.min_eigenvalue = solution.proof.min_eigenvalue;
-    const MatrixXd p0 = basis.inverse * problem.covariance(solution.x, lattice) * basis.inverse.transpose();
+    const MatrixXd p0 = congruent(basis.inverse, problem.covariance(solution.x, lattice));
     for (Index i = 0; i < c0.rows(); ++i) fit.variance_ratio.push_back(p0(i, i) / c0(i, i));
     return fit;
 }
@@ -468,13 +467,13 @@ MrfLikelihoodFit fit_mmrf_ml(const LagCovariance& statistic, const Support& whol
     const WorkingBasis basis = working_basis(c0, full ? Turn::principal : Turn::none, {.relative = 1e-8});
     // White noise, 1e-9 of the variance, keeps the optimum finite for pictures without any, and lifts planes
     // that repeat others (their eigenvalue in the whitened basis) to 1.
-    MatrixXd zero = basis.forward * c0 * basis.forward.transpose();
+    MatrixXd zero = congruent(basis.forward, c0);
     if (full) zero = MatrixXd::Identity(d, d);
     zero.diagonal().array() += 1e-9;
     std::vector<MrfUnknown> unknowns =
         mrf_unknowns(support, d, full ? ConstantForm::full : ConstantForm::diagonal);
     VectorXd data = data_terms(statistic, basis, zero, unknowns);
-    Problem problem(support, std::move(unknowns), std::move(data), d);
+    MrfProblem problem(support, std::move(unknowns), std::move(data), d);
 
     HermitianPolynomial start =
         problem.polynomial(VectorXd::Zero(static_cast<Index>(problem.unknowns().size())));

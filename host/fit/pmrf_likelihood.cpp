@@ -7,7 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/lane_inverse.hpp"
 #include "host/fit/folded_periodogram.hpp"
 #include "host/fit/likelihood.hpp"
@@ -23,7 +23,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
-using RowMajor = RowMajorMatrix;
 
 // Most descents take 10 to 30 steps; what takes more crawls along a narrow valley.
 constexpr int most_steps = 60;
@@ -161,7 +160,7 @@ class Whittle {
         std::vector<LagSums> first, root_first, second, root_second;
     };
     void add_first(const Products& at, size_t m, size_t place, DataSums& sums) const {
-        RowMajor rows((1 + roots()) * 2 * triangle(), static_cast<Index>(cells_.column.size())), part;
+        RowMajorMatrix rows((1 + roots()) * 2 * triangle(), static_cast<Index>(cells_.column.size())), part;
         LaneMatrix k = twice_hermitian_part(at.bwi);
         add(k, at.wiw, -1.0);
         lower_triangle(k, part);
@@ -183,7 +182,7 @@ class Whittle {
         sums.root_first[place].add(m, part);
     }
     void add_second(const Products& at, size_t m, size_t place, DataSums& sums) const {
-        RowMajor products = RowMajor::Zero(2 * pairs(), static_cast<Index>(cells_.column.size()));
+        RowMajorMatrix products = RowMajorMatrix::Zero(2 * pairs(), static_cast<Index>(cells_.column.size()));
         const auto both = [&](const LaneMatrix& x, const LaneMatrix& y, double scale) {
             pairs_.add_products(x, y, scale, products);
             pairs_.add_products(y, x, scale, products);
@@ -218,7 +217,7 @@ class Whittle {
         std::vector<LagSums> second = sums_of_blocks(lattice.rows(), lattice.twice, pairs());
         sweep_rows(lambda, lattice.grid, lattice.waves, Sweep::inverse,
                    [&](int block, size_t m, const LaneMatrix& l, const LaneMatrix&) {
-                       RowMajor rows;
+                       RowMajorMatrix rows;
                        lower_triangle(l, rows);
                        first[static_cast<size_t>(block)].add(m, rows);
                        rows.setZero(2 * pairs(), static_cast<Index>(lattice.columns()));
@@ -288,16 +287,16 @@ VectorXd newton_step(const Whittle::Derivatives& at, Index lags) {
     return -(scale.asDiagonal() * g);
 }
 
-struct Descent {
+struct PmrfDescent {
     Point point;
     double value = 0.0, start = 0.0, gradient = 0.0;
     int iterations = 0;
     bool converged = false;
 };
 
-Descent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodOptions& options) {
+PmrfDescent descend(const Whittle& whittle, const Point& start, const MrfLikelihoodOptions& options) {
     constexpr GridDensity base = {64, 16, 0, 0};
-    Descent result;
+    PmrfDescent result;
     result.point = start;
     std::optional<Lattice> lattice;
     lattice.emplace(resolving(start.lambda, base), whittle.reach());
@@ -387,7 +386,7 @@ void set_basis(Frame& frame, bool full) {
         frame.basis = {MatrixXd::Identity(d, d), MatrixXd::Identity(d, d)};
     }
     const MatrixXd& turn = frame.basis.forward;
-    frame.white = 1e-8 * (turn * c0 * turn.transpose()).diagonal().maxCoeff();
+    frame.white = 1e-8 * congruent(turn, c0).diagonal().maxCoeff();
 }
 
 /// Covariances of plane i of the basis, at lags of the support.
@@ -458,15 +457,15 @@ MrfModel model_at(const Frame& frame, const Point& point) {
     MrfModel model = frame.shape;
     model.coefficients.resize(model.offsets.size() * block);
     for (size_t s = 0; s < frame.support.offsets.size(); ++s) {
-        const MatrixXd a = turn.transpose() * point.lambda.terms[s] * turn;
-        Eigen::Map<RowMajor>(model.coefficients.data() + frame.support.position[s] * block, d, d) = a;
-        Eigen::Map<RowMajor>(model.coefficients.data() + frame.support.mirror[s] * block, d, d) =
+        const MatrixXd a = congruent(turn.transpose(), point.lambda.terms[s]);
+        Eigen::Map<RowMajorMatrix>(model.coefficients.data() + frame.support.position[s] * block, d, d) = a;
+        Eigen::Map<RowMajorMatrix>(model.coefficients.data() + frame.support.mirror[s] * block, d, d) =
             a.transpose();
     }
-    const MatrixXd root = turn.transpose() * point.root.inverse() * turn;
+    const MatrixXd root = congruent(turn.transpose(), point.root.inverse());
     const MatrixXd sigma = root * root;
     model.noise_covariance.resize(block);
-    Eigen::Map<RowMajor>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
+    Eigen::Map<RowMajorMatrix>(model.noise_covariance.data(), d, d) = 0.5 * (sigma + sigma.transpose());
     return model;
 }
 
@@ -523,7 +522,7 @@ MrfLikelihoodFit fit_pmrf_ml(const LagCovariance& statistic, const FoldedPeriodo
     MrfLikelihoodFit fit;
     const Point start = independent_planes(frame, options, fit);
     const Whittle whittle(frame.support, d, full, periodogram.grid, turned_periodogram(frame, periodogram));
-    Descent end = descend(whittle, start, options);
+    PmrfDescent end = descend(whittle, start, options);
     const bool taken = take_end(frame, whittle, start, end.point, fit);
     const Lattice lattice(resolving(end.point.lambda, {128, 24, 0, 0}), whittle.reach());
     constexpr double none = std::numeric_limits<double>::infinity();

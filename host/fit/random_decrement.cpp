@@ -1,6 +1,5 @@
 #include "host/fit/random_decrement.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -10,7 +9,8 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/decompositions.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
 #include "host/fit/least_squares.hpp"
@@ -142,7 +142,7 @@ std::vector<float> thresholds_of(const Image& level, const LagCovariance& statis
 /// Covariance at lag 0 of the moving average.
 MatrixXd variance_of(const std::vector<MatrixXd>& a, const MatrixXd& noise) {
     MatrixXd sum = MatrixXd::Zero(noise.rows(), noise.cols());
-    for (const MatrixXd& block : a) sum += block * noise * block.transpose();
+    for (const MatrixXd& block : a) sum += congruent(block, noise);
     return sum;
 }
 
@@ -171,9 +171,7 @@ MatrixXd solve_noise(const std::vector<MatrixXd>& a, const MatrixXd& target, Noi
         });
     }
     for_entries([&](Index row, Index i, Index j) { right[row] = inverse[i] * target(i, j) * inverse[j]; });
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-    solver.setThreshold(1e-10);
-    const VectorXd solution = solver.compute(system).solve(right);
+    const VectorXd solution = least_norm_solution(system, right, 1e-10);
     MatrixXd noise = MatrixXd::Zero(d, d);
     for_entries([&](Index at, Index i, Index j) { noise(i, j) = noise(j, i) = solution[at]; });
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(noise);
@@ -238,11 +236,10 @@ MaModel fit_ma(const Image& level, const LagCovariance& statistic, const Support
     model.coefficients = random_decrement(level, statistic, model.offsets, options);
 
     const Index d = model.planes;
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     std::vector<MatrixXd> a;
     for (size_t s = 0; s < model.offsets.size(); ++s) {
-        a.emplace_back(
-            Eigen::Map<const Rows>(model.coefficients.data() + static_cast<std::ptrdiff_t>(s) * d * d, d, d));
+        a.emplace_back(Eigen::Map<const RowMajorMatrix>(
+            model.coefficients.data() + static_cast<std::ptrdiff_t>(s) * d * d, d, d));
     }
     const MatrixXd target = lag_zero(statistic);
     const MatrixXd covariance = solve_noise(a, target, noise);

@@ -13,7 +13,7 @@
 #include "btfield/fit.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 #include "host/fit/least_squares.hpp"
 #include "host/fit/likelihood.hpp"
 #include "host/fit/sar_newton.hpp"
@@ -27,7 +27,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Planes that repeat each other (a grey picture stored as RGB) are told apart by white noise of 10⁻⁸ of the
 /// correlation's largest eigenvalue: no 8-bit picture shows it.
@@ -55,7 +54,7 @@ MatrixXd moments_in(const WorkingBasis& basis, const LagCovariance& statistic,
                                         terms[static_cast<size_t>(t)] - terms[static_cast<size_t>(s)]);
                 }
             }
-            result.block(s * d, t * d, d, d) = basis.forward * c * basis.forward.transpose();
+            result.block(s * d, t * d, d, d) = congruent(basis.forward, c);
         }
     }
     return result;
@@ -63,10 +62,10 @@ MatrixXd moments_in(const WorkingBasis& basis, const LagCovariance& statistic,
 
 /// The likelihood in the working basis, and the way from models to its unknowns and back. Unknowns of near
 /// neighbours come first: those of the nearest few terms are a smaller model's.
-class Problem {
+class SarProblem {
   public:
     /// \param shape support, per-pair sets
-    Problem(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise)
+    SarProblem(const LagCovariance& statistic, const SarModel& shape, NoiseForm noise)
         : shape_(shape),
           noise_(noise),
           // Uncorrelated planes where all pairs of planes are coupled; otherwise they are only scaled.
@@ -138,7 +137,8 @@ class Problem {
             block(b.data(), 0).triangularView<Eigen::Lower>().solve(MatrixXd::Identity(d, d));
         SarModel result = shape_;
         for (Index s = 1; s < static_cast<Index>(layout_.terms.size()); ++s) {
-            Eigen::Map<RowMajor> a(result.coefficients.data() + from_[static_cast<size_t>(s)] * d * d, d, d);
+            Eigen::Map<RowMajorMatrix> a(result.coefficients.data() + from_[static_cast<size_t>(s)] * d * d,
+                                         d, d);
             a = -(basis_.inverse * (root * block(b.data(), s)) * basis_.forward);
         }
         const MatrixXd colour = basis_.inverse * root;
@@ -190,7 +190,7 @@ class Problem {
     static int length(Offset s) { return s.row * s.row + s.column * s.column; }
     [[nodiscard]] MatrixXd block(const double* values, Index k) const {
         const Index d = shape_.planes;
-        return Eigen::Map<const RowMajor>(values + k * d * d, d, d);
+        return Eigen::Map<const RowMajorMatrix>(values + k * d * d, d, d);
     }
     void sort_terms() {
         std::vector<Index> order(shape_.offsets.size());
@@ -247,7 +247,7 @@ class Problem {
 };
 
 /// One end point.
-struct Candidate {
+struct SarCandidate {
     Descent end;
     SarModel model;
     Examination examination;
@@ -266,7 +266,7 @@ class Fit {
           whole_(problem_.objective(static_cast<Index>(problem_.layout().terms.size()))) {}
 
     [[nodiscard]] int steps() const { return steps_; }
-    [[nodiscard]] const Problem& problem() const { return problem_; }
+    [[nodiscard]] const SarProblem& problem() const { return problem_; }
     void set_pace(Pace pace) { pace_ = pace; }
 
     /// From white noise through smaller models.
@@ -314,28 +314,28 @@ class Fit {
     }
     /// Descends on ever finer grids. Where the guard is at work in the end, it is taken away; if the model is
     /// not valid without it, it stays.
-    Candidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard) {
+    SarCandidate finish(VectorXd x, int first_side, int side, SarObjective::Guard guard) {
         double tolerance = first_tolerance;
         whole_.set_guard(guard);
         for (int grid = first_side; grid < side; grid *= 2) {
             whole_.set_grid(grid);
-            Candidate coarse = examined(run(whole_, x, tolerance));
+            SarCandidate coarse = examined(run(whole_, x, tolerance));
             // Finer grids hardly ever rid a model of its zeros.
             if (!coarse.valid()) return coarse;
             x = std::move(coarse.end.x);
             tolerance = pace_ == Pace::brisk ? middle_tolerance : loose_tolerance;
         }
         whole_.set_grid(side);
-        Candidate result = examined(run(whole_, x, last_tolerance));
+        SarCandidate result = examined(run(whole_, x, last_tolerance));
         if (!result.guarded || !result.valid()) return result;
         whole_.set_guard({});
-        Candidate free = examined(run(whole_, result.end.x, last_tolerance));
+        SarCandidate free = examined(run(whole_, result.end.x, last_tolerance));
         return free.valid() && free.end.converged ? free : result;
     }
 
     /// Descends from a valid model to a valid one, with the guard at work to the end: an end point where that
     /// has a minimum, and otherwise where the next step would leave the valid models.
-    Candidate keep_valid(const VectorXd& x, int side, SarObjective::Guard guard) {
+    SarCandidate keep_valid(const VectorXd& x, int side, SarObjective::Guard guard) {
         whole_.set_guard(guard);
         whole_.set_grid(side);
         Descent end = descend(whole_, x, last_tolerance, options_.most_steps, Pace::cautious,
@@ -353,7 +353,7 @@ class Fit {
         return whole_.value(problem_.unknowns_of(model));
     }
 
-    std::vector<double> standard_errors(const Candidate& at) {
+    std::vector<double> standard_errors(const SarCandidate& at) {
         whole_.set_guard({});
         whole_.set_grid(at.grid);
         (void)whole_.value(at.end.x);
@@ -369,8 +369,8 @@ class Fit {
         steps_ += end.steps;
         return end;
     }
-    Candidate examined(Descent end) {
-        Candidate result;
+    SarCandidate examined(Descent end) {
+        SarCandidate result;
         result.guarded = whole_.is_guarded();
         result.grid = whole_.side();
         result.model = problem_.model(whole_.entries(end.x));
@@ -383,7 +383,7 @@ class Fit {
 
     const LagCovariance& statistic_;
     const LikelihoodOptions& options_;
-    Problem problem_;
+    SarProblem problem_;
     SarObjective whole_;
     Pace pace_ = Pace::brisk;
     int steps_ = 0;
@@ -428,8 +428,8 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& data, const Support& su
         "use least squares (--estimator ls), a 2d-msar model, or a lower order");
     Fit fit(statistic, least_squares, noise, options);
     constexpr SarObjective::Guard usual{1.0, 2.0}, strong{10.0, 1.0};
-    Candidate best = fit.finish(fit.grow(32, usual, 1e-2), 32, 128, usual);
-    const auto consider = [&](Candidate other) {
+    SarCandidate best = fit.finish(fit.grow(32, usual, 1e-2), 32, 128, usual);
+    const auto consider = [&](SarCandidate other) {
         const bool better = other.valid() && other.end.likelihood < best.end.likelihood;
         if (!best.valid() || better) best = std::move(other);
     };

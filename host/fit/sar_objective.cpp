@@ -15,14 +15,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
-using RowMajor = InverseSpectrum::RowMajor;
 
 Offset sum(Offset a, Offset b) {
     return {a.row + b.row, a.column + b.column};
 }
 
 /// S = B⁻¹ B⁻ᴴ along one row of frequencies, entry (j, l) at field first + j·d + l.
-void fill_density(const RowMajor& inverse, Index d, RowMajor& fields, Index first) {
+void fill_density(const RowMajorMatrix& inverse, Index d, RowMajorMatrix& fields, Index first) {
     const Index count = inverse.cols();
     for (Index j = 0; j < d; ++j) {
         for (Index l = 0; l < d; ++l) {
@@ -37,8 +36,8 @@ void fill_density(const RowMajor& inverse, Index d, RowMajor& fields, Index firs
     }
 }
 
-void multiply_fields(const RowMajor& a, Index field_a, const RowMajor& b, Index field_b, RowMajor& c,
-                     Index field_c) {
+void multiply_fields(const RowMajorMatrix& a, Index field_a, const RowMajorMatrix& b, Index field_b,
+                     RowMajorMatrix& c, Index field_c) {
     set_lane_product(a.row(2 * field_a).data(), b.row(2 * field_b).data(), c.row(2 * field_c).data(),
                      static_cast<size_t>(a.cols()));
 }
@@ -110,7 +109,7 @@ struct SarObjective::Fields {
     }
 
     /// \param values rows 2k and 2k + 1 for field k
-    void fill(const RowMajor& inverse, Index d, RowMajor& values) const {
+    void fill(const RowMajorMatrix& inverse, Index d, RowMajorMatrix& values) const {
         values.topRows(2 * entries) = inverse;
         Index field = entries;
         for (Index e = 0; e < entries; ++e) {
@@ -118,7 +117,7 @@ struct SarObjective::Fields {
                 multiply_fields(inverse, e, inverse, f, values, field);
         }
         if (guarded.empty()) return;
-        RowMajor density(2 * entries, inverse.cols());
+        RowMajorMatrix density(2 * entries, inverse.cols());
         fill_density(inverse, d, density, 0);
         for (const Index m : guarded) {
             for (Index i = 0; i < d; ++i) {
@@ -139,7 +138,7 @@ SarObjective::Derivatives SarObjective::differentiate(bool twice) const {
     const Offset box = twice ? Offset{2 * reach_.row, 2 * reach_.column} : reach_;
     const LagMeans means = spectrum_->moments(
         fields.count, box,
-        [&](const RowMajor& inverse, RowMajor& values) { fields.fill(inverse, d, values); });
+        [&](const RowMajorMatrix& inverse, RowMajorMatrix& values) { fields.fill(inverse, d, values); });
     Derivatives result;
     result.gradient = likelihood_gradient(means);
     const MatrixXd slopes = guard_slopes(fields, means);

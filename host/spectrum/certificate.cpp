@@ -1,6 +1,5 @@
 #include "btfield/certificate.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,7 +9,8 @@
 #include "btfield/error.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/decompositions.hpp"
+#include "host/base/dense.hpp"
 #include "host/spectrum/examination.hpp"
 #include "host/spectrum/local_lambda.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
@@ -33,11 +33,10 @@ constexpr Size half_grid = {base_side / 2, base_side / 2};
 // sits in a ring of near-singular frequencies (theory 7.3).
 constexpr double largest_ratio = 10.0;
 
-double smallest_singular_value(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
+double smallest_singular_value_at(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
     const MatrixXcd value = lambda.at(row, column);
     if (lambda.planes() == 1) return std::abs(value(0, 0));
-    if (lambda.planes() <= 4)
-        return Eigen::JacobiSVD<MatrixXcd, Eigen::NoQRPreconditioner>(value).singularValues().minCoeff();
+    if (lambda.planes() <= 4) return smallest_singular_value(value);
     // Power iteration on (Λᴴ Λ)⁻¹; it approaches 1/σ_min² from below, so the result is never too small.
     const Eigen::PartialPivLU<MatrixXcd> lu(value);
     const MatrixXcd inverse = lu.inverse();
@@ -54,13 +53,13 @@ double smallest_singular_value(const LocalLambda<Eigen::Dynamic>& lambda, double
 /// Descends from a node by looking around at ever smaller distances. In a narrow winding valley it would
 /// creep on for long with little to show: it stops after a fixed number of looks.
 double refine_minimum(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
-    double lowest = smallest_singular_value(lambda, row, column);
+    double lowest = smallest_singular_value_at(lambda, row, column);
     double step = std::numbers::pi / base_side;
     for (int looks = 0; looks < 160 && step > 1e-7;) {
         bool better = false;
         for (const auto& [down, right] : {std::pair{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}}) {
             ++looks;
-            const double value = smallest_singular_value(lambda, row + step * down, column + step * right);
+            const double value = smallest_singular_value_at(lambda, row + step * down, column + step * right);
             if (!(value < lowest)) continue;
             lowest = value;
             row += step * down;
@@ -140,10 +139,9 @@ bool is_positive_everywhere(const SpectralForm& form) {
     HermitianPolynomial lambda{MatrixXd::Identity(d, d), {}, {}};
     for (size_t s = 0; s < field.offsets.size(); ++s) {
         if (field.offsets[s] < Offset{}) continue;
-        using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
         const auto start = static_cast<std::ptrdiff_t>(s) * d * d;
         lambda.offsets.push_back(field.offsets[s]);
-        lambda.terms.emplace_back(Eigen::Map<const RowMajor>(field.coefficients.data() + start, d, d));
+        lambda.terms.emplace_back(Eigen::Map<const RowMajorMatrix>(field.coefficients.data() + start, d, d));
     }
     return positive_everywhere(lambda).proven;
 }
@@ -189,7 +187,7 @@ Proof prove(const SpectralForm& form, const SpectralForm& turned, const NodeValu
 /// \return side of a grid that resolves it, to about a percent
 int complete_means(const SpectralForm& turned, const MatrixXd& inverse, const TorusSearch& search,
                    SpectralMeans& means) {
-    const auto in_planes = [&](const MatrixXd& c) -> MatrixXd { return inverse * c * inverse.transpose(); };
+    const auto in_planes = [&](const MatrixXd& c) -> MatrixXd { return congruent(inverse, c); };
     const int d = turned.planes();
     int grid = d <= 4 ? 2 * base_side : base_side;
     // Sums over a grid converge geometrically once they resolve the spectrum: the error of twice the points
@@ -242,8 +240,7 @@ Examination detail::examine(const SpectralForm& form, const LagCovariance& data)
         result.grid = complete_means(turned, white.inverse, proof.search, means);
     result.log_determinant = means.log_determinant;
     Certificate& certificate = result.certificate;
-    certificate.variance_ratio =
-        variance_ratios(white.inverse * means.covariance * white.inverse.transpose(), data);
+    certificate.variance_ratio = variance_ratios(congruent(white.inverse, means.covariance), data);
     const bool credible = std::ranges::all_of(
         certificate.variance_ratio, [](double ratio) { return ratio > 0.0 && ratio <= largest_ratio; });
     certificate.zeros = proof.search.zeros;

@@ -8,7 +8,7 @@ namespace btfield::detail {
 namespace {
 
 using std::size_t;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 struct Axis {
     std::vector<double> node, weight;  ///< n = 0 … N/2 only: 0 <= ω <= π

@@ -14,7 +14,6 @@ namespace {
 using Complex = std::complex<double>;
 using Eigen::Index;
 using std::size_t;
-using RowMajor = InverseSpectrum::RowMajor;
 
 // What a block of rows adds up is large.
 constexpr int most_blocks = 12;
@@ -33,7 +32,7 @@ InverseSpectrum::InverseSpectrum(int planes, std::vector<Offset> terms, int side
       side_(side),
       terms_(std::move(terms)),
       root_(side),
-      inverse_(static_cast<size_t>(half_rows(side)), RowMajor(2 * Index{planes} * planes, side)) {
+      inverse_(static_cast<size_t>(half_rows(side)), RowMajorMatrix(2 * Index{planes} * planes, side)) {
     for (const Offset s : terms_) columns_.push_back(s.column);
     std::sort(columns_.begin(), columns_.end());
     columns_.erase(std::unique(columns_.begin(), columns_.end()), columns_.end());
@@ -51,10 +50,10 @@ InverseSpectrum::InverseSpectrum(int planes, std::vector<Offset> terms, int side
     }
 }
 
-void InverseSpectrum::evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& values, Partial& sums) {
+void InverseSpectrum::evaluate_row(int m, const Eigen::VectorXd& b, RowMajorMatrix& values, Partial& sums) {
     const Index entries = Index{planes_} * planes_, distinct = static_cast<Index>(columns_.size());
     // Σ over terms with the same s2 of b_s e^{iω1 s1}: what is left is a sum over few distinct s2.
-    RowMajor rows = RowMajor::Zero(2 * entries, 2 * distinct);
+    RowMajorMatrix rows = RowMajorMatrix::Zero(2 * entries, 2 * distinct);
     for (size_t s = 0; s < terms_.size(); ++s) {
         const Complex turn = root_(static_cast<long long>(terms_[s].row) * m);
         const Index c = place_[s];
@@ -69,7 +68,7 @@ void InverseSpectrum::evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& va
     }
     values.setZero();
     add_product(rows, waves_, values);
-    RowMajor& inverse = inverse_[static_cast<size_t>(m)];
+    RowMajorMatrix& inverse = inverse_[static_cast<size_t>(m)];
     const auto lanes = static_cast<size_t>(side_);
     sums.determinant.resize(3 * lanes);
     double* const det = sums.determinant.data();
@@ -91,7 +90,7 @@ InverseSpectrum::Value InverseSpectrum::evaluate(const Eigen::VectorXd& b) {
     for_each_block(blocks.count, [&](int block) {
         Partial& sums = partial[static_cast<size_t>(block)];
         sums.variance.setZero(planes_);
-        RowMajor values(2 * Index{planes_} * planes_, side_);
+        RowMajorMatrix values(2 * Index{planes_} * planes_, side_);
         for (int m = blocks.first(block); m < blocks.last(block); ++m) evaluate_row(m, b, values, sums);
     });
     Value value;
@@ -113,7 +112,7 @@ LagMeans InverseSpectrum::moments(Index fields, Offset box, const Fill& fill) co
     std::vector<LagSums> parts(static_cast<size_t>(blocks.count),
                                LagSums(transform, fields, blocks.per_block));
     for_each_block(blocks.count, [&](int block) {
-        RowMajor values(2 * fields, side_);
+        RowMajorMatrix values(2 * fields, side_);
         for (int m = blocks.first(block); m < blocks.last(block); ++m) {
             fill(inverse_[static_cast<size_t>(m)], values);
             parts[static_cast<size_t>(block)].add(static_cast<size_t>(m), values);

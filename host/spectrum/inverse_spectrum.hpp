@@ -17,8 +17,6 @@ namespace btfield::detail {
 
 class InverseSpectrum {
   public:
-    using RowMajor = RowMajorMatrix;
-
     /// \param terms where b_s is; distinct
     /// \param side  even; frequencies are ω = 2π (m, n) / side. Half of them are visited: B_{−t} = conj B_t.
     InverseSpectrum(int planes, std::vector<Offset> terms, int side);
@@ -36,22 +34,22 @@ class InverseSpectrum {
 
     /// Fills complex fields of one row of frequencies from B⁻¹ there: rows 2k and 2k + 1 are the real and
     /// imaginary parts of field k along ω2. B⁻¹ has entry (i, j) as field i·d + j.
-    using Fill = std::function<void(const RowMajor& inverse, RowMajor& fields)>;
+    using Fill = std::function<void(const RowMajorMatrix& inverse, RowMajorMatrix& fields)>;
     /// mean_t Re(f_k(ω_t) e^{iω_t u}) for lags u of the box; the fields have f(−ω) = conj f(ω). After
     /// evaluate(); fill is called from several threads at a time.
     [[nodiscard]] LagMeans moments(Eigen::Index fields, Offset box, const Fill& fill) const;
 
   private:
     struct Partial;
-    void evaluate_row(int m, const Eigen::VectorXd& b, RowMajor& values, Partial& sums);
+    void evaluate_row(int m, const Eigen::VectorXd& b, RowMajorMatrix& values, Partial& sums);
 
     int planes_, side_;
     std::vector<Offset> terms_;
     RootsOfUnity root_;
-    std::vector<int> columns_;         ///< distinct s2
-    std::vector<Eigen::Index> place_;  ///< of each term's s2 among them
-    RowMajor waves_;                   ///< cos, then sin of s2 ω2, [distinct s2][n]
-    std::vector<RowMajor> inverse_;    ///< per row m = 0 … side/2
+    std::vector<int> columns_;             ///< distinct s2
+    std::vector<Eigen::Index> place_;      ///< of each term's s2 among them
+    RowMajorMatrix waves_;                 ///< cos, then sin of s2 ω2, [distinct s2][n]
+    std::vector<RowMajorMatrix> inverse_;  ///< per row m = 0 … side/2
 };
 
 }  // namespace btfield::detail

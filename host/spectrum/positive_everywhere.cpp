@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "host/base/eigen.hpp"
+#include "host/base/decompositions.hpp"
 #include "host/base/parallel.hpp"
 
 namespace btfield::detail {
@@ -16,10 +16,10 @@ namespace {
 using Complex = std::complex<double>;
 using Eigen::MatrixXcd;
 using std::size_t;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int base_side = 32;
 // Half-widths down to π/32/2^40, 1e-13: beyond that Λ is singular in float64.
-constexpr int finest_division = 40;
+constexpr int finest_square_division = 40;
 constexpr size_t most_squares = 200000;
 
 struct Square {
@@ -44,11 +44,10 @@ Verdict judge(const HermitianPolynomial& polynomial, double curvature, Square at
         by_column -= o.column * (slope + slope.adjoint());
     }
     Verdict verdict;
-    const Eigen::SelfAdjointEigenSolver<MatrixXcd> solver(value);
-    verdict.lowest = solver.eigenvalues().minCoeff();
-    verdict.positive = verdict.lowest > 0.0;
+    const auto [lowest, root] = hermitian_root(value);
+    verdict.lowest = lowest;
+    verdict.positive = lowest > 0.0;
     if (!verdict.positive) return verdict;
-    const MatrixXcd root = solver.operatorInverseSqrt();
     // The Frobenius norm bounds the spectral one.
     const double slope = (root * by_row * root).norm() + (root * by_column * root).norm();
     verdict.excluded = half * slope + 0.5 * half * half * curvature / verdict.lowest < 1.0;
@@ -74,7 +73,7 @@ PositiveDefiniteness positive_everywhere(const HermitianPolynomial& polynomial) 
     size_t visited = 0;
     for (int division = 0; !squares.empty(); ++division, half *= 0.5) {
         visited += squares.size();
-        if (division > finest_division || visited > most_squares) return result;
+        if (division > finest_square_division || visited > most_squares) return result;
         std::vector<Verdict> verdicts(squares.size());
         constexpr size_t chunk = 32;
         for_each_block(static_cast<int>((squares.size() + chunk - 1) / chunk), [&](int block) {

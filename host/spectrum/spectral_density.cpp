@@ -19,7 +19,6 @@ namespace {
 
 using std::size_t;
 using Complex = std::complex<double>;
-using RowMajor = RowMajorMatrix;
 
 }  // namespace
 
@@ -166,7 +165,7 @@ void SpectralRow::evaluate(double row_frequency) {
     const auto entries = static_cast<Eigen::Index>(planes()) * planes();
     const auto distinct = static_cast<Eigen::Index>(column_offsets_.size());
     // −Σ over offsets with the same s2 of A_s e^{iω1 s1}: what is left is a sum over few distinct s2.
-    RowMajor sums = RowMajor::Zero(2 * entries, 2 * distinct);
+    RowMajorMatrix sums = RowMajorMatrix::Zero(2 * entries, 2 * distinct);
     for (size_t s = 0; s < offsets_.size(); ++s) {
         const auto found =
             std::lower_bound(column_offsets_.begin(), column_offsets_.end(), offsets_[s].column);
@@ -180,7 +179,7 @@ void SpectralRow::evaluate(double row_frequency) {
             sums(2 * e + 1, c + distinct) -= b.real();
         }
     }
-    Eigen::Map<RowMajor> values(lambda_values().at(0), 2 * entries, lanes());
+    Eigen::Map<RowMajorMatrix> values(lambda_values().at(0), 2 * entries, lanes());
     values.setZero();
     for (Eigen::Index i = 0; i < planes(); ++i) values.row(2 * i * (planes() + 1)).setOnes();
     add_product(sums, waves_, values);
@@ -227,7 +226,7 @@ SpectralMeans spectral_means(const SpectralForm& form, Size grid,
 namespace {
 
 /// Rows 2p and 2p + 1 are the real and imaginary parts of conj S_ij for pair p of i <= j.
-void conjugate_pairs(const SpectralRow& row, RowMajor& values) {
+void conjugate_pairs(const SpectralRow& row, RowMajorMatrix& values) {
     const int d = row.planes();
     const auto densities = row.densities();
     values.resize(Eigen::Index{d} * (d + 1), densities.cols());
@@ -256,7 +255,7 @@ LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box)
                                LagSums(transform, Eigen::Index{d} * (d + 1) / 2, blocks.per_block));
     for_each_block(blocks.count, [&](int block) {
         SpectralRow row(form, torus.width);
-        RowMajor values;
+        RowMajorMatrix values;
         for (int m = blocks.first(block); m < blocks.last(block); ++m) {
             row.evaluate(2.0 * std::numbers::pi * m / torus.height);
             row.evaluate_density();

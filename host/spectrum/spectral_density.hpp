@@ -35,9 +35,8 @@ class SpectralLanes {
     [[nodiscard]] double inverse_norm(int n) const;
     /// Re S_ij, i <= j, [n].
     [[nodiscard]] const double* density(int i, int j) const { return density_.at(i * planes_ + j); }
-    using DensityRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     /// Row 2 (d i + j) is Re S_ij along n, the next row Im S_ij; rows of i > j are zero.
-    [[nodiscard]] Eigen::Map<const DensityRows> densities() const {
+    [[nodiscard]] Eigen::Map<const RowMajorMatrix> densities() const {
         return {density_.at(0), Eigen::Index{2} * planes_ * planes_, lanes_};
     }
 
@@ -97,7 +96,7 @@ class SpectralRow : public SpectralLanes {
     std::vector<Offset> offsets_;
     std::vector<double> coefficients_;
     std::vector<int> column_offsets_;  ///< distinct s2
-    DensityRows waves_;                ///< cos, then sin of s2 ω2, [distinct s2][n]
+    RowMajorMatrix waves_;             ///< cos, then sin of s2 ω2, [distinct s2][n]
 };
 
 /// Means over a grid of frequencies, half of it by symmetry.

@@ -3,19 +3,18 @@
 #include <cstddef>
 #include <utility>
 
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 
 namespace btfield::detail {
 namespace {
 
 using Eigen::MatrixXd;
 using std::size_t;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 }  // namespace
 
 MatrixXd noise_matrix(const LinearField& field) {
-    return Eigen::Map<const RowMajor>(field.noise_covariance.data(), field.planes, field.planes);
+    return Eigen::Map<const RowMajorMatrix>(field.noise_covariance.data(), field.planes, field.planes);
 }
 
 MatrixXd symmetric_root(const MatrixXd& matrix) {
@@ -37,11 +36,11 @@ LinearField change_basis(const LinearField& field, const MatrixXd& basis, const 
     turned.active.clear();
     const auto block = static_cast<size_t>(field.planes) * static_cast<size_t>(field.planes);
     for (size_t s = 0; s < field.offsets.size(); ++s) {
-        Eigen::Map<RowMajor> a(turned.coefficients.data() + s * block, field.planes, field.planes);
-        a = (basis * a * inverse).eval();
+        Eigen::Map<RowMajorMatrix> a(turned.coefficients.data() + s * block, field.planes, field.planes);
+        a = product(basis, a, inverse);
     }
-    Eigen::Map<RowMajor> noise(turned.noise_covariance.data(), field.planes, field.planes);
-    const MatrixXd product = basis * noise * basis.transpose();
+    Eigen::Map<RowMajorMatrix> noise(turned.noise_covariance.data(), field.planes, field.planes);
+    const MatrixXd product = congruent(basis, noise);
     noise = 0.5 * (product + product.transpose());
     return turned;
 }
@@ -82,8 +81,8 @@ SpectralForm change_basis(const SpectralForm& form, const MatrixXd& basis, const
     SpectralForm turned = form;
     turned.lambda = change_basis(form.lambda, basis, inverse);
     if (form.kind == SpectralForm::Kind::pmrf) {
-        turned.left = basis * form.left * inverse;
-        turned.right = basis * form.right * basis.transpose();
+        turned.left = product(basis, form.left, inverse);
+        turned.right = congruent(basis, form.right);
     }
     return turned;
 }

@@ -8,7 +8,7 @@
 #include "btfield/pyramid.hpp"
 #include "host/analysis/expansion.hpp"
 #include "host/analysis/marginal_moments.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/dense.hpp"
 #include "host/base/text.hpp"
 #include "host/spectrum/spectral_density.hpp"
 #include "host/spectrum/theory.hpp"
@@ -48,7 +48,7 @@ std::vector<double> theoretical_covariance(const TextureModel& model, Size size,
         const Eigen::Map<const Matrix> whitening(model.whitening.data(), side, side);
         for (std::size_t s = 0; s < wanted.size(); ++s) {
             Eigen::Map<Matrix> c(covariance.data() + s * r * r, side, side);
-            c = (whitening * c * whitening.transpose()).eval();
+            c = congruent(whitening, c);
         }
         std::vector<double> variances;
         for (std::size_t i = 0; i < r; ++i) variances.push_back(covariance[lags.size() * r * r + i * r + i]);

@@ -20,7 +20,7 @@ namespace {
 
 using std::size_t;
 using Complex = std::complex<double>;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // Half-widths from π/side to π/(side · 3^10), 4e-7 at side 128.
 constexpr int finest_division = 10;

@@ -38,14 +38,13 @@ Convolution::Convolution(DeviceImpl& device, const LinearField& field, Size latt
 
     std::vector<float> coefficients;
     for (const LinearField& part : parts) {
-        using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
         // The root that the transfer function takes, so that both make the same pictures.
         const Eigen::MatrixXd root = scale * symmetric_root(noise_matrix(part));
         for (size_t s = 0; s < part.offsets.size(); ++s) {
-            const Eigen::Map<const Rows> a(
+            const Eigen::Map<const RowMajorMatrix> a(
                 part.coefficients.data() + static_cast<std::ptrdiff_t>(s) * planes_ * planes_, planes_,
                 planes_);
-            const Rows product = a * root;
+            const RowMajorMatrix product = a * root;
             for (Eigen::Index e = 0; e < product.size(); ++e)
                 coefficients.push_back(static_cast<float>(product.data()[e]));
         }

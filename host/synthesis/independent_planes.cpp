@@ -1,13 +1,12 @@
 #include "host/synthesis/independent_planes.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
 
 #include "btfield/error.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/decompositions.hpp"
 
 namespace btfield::detail {
 
@@ -31,11 +30,11 @@ MatrixXd noise_root(const LinearField& field) {
     }
     // Σ = R Rᵀ with R = V D^{1/2}; Rᵀ = Q U gives Σ = Uᵀ U.
     const MatrixXd root = solver.eigenvectors() * values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
-    const Eigen::HouseholderQR<MatrixXd> qr(root.transpose());
+    const MatrixXd upper = upper_factor(root.transpose());
     MatrixXd lower = MatrixXd::Zero(d, d);
     for (int i = 0; i < d; ++i) {
-        const double sign = qr.matrixQR()(i, i) < 0.0 ? -1.0 : 1.0;
-        for (int j = i; j < d; ++j) lower(j, i) = sign * qr.matrixQR()(i, j);
+        const double sign = upper(i, i) < 0.0 ? -1.0 : 1.0;
+        for (int j = i; j < d; ++j) lower(j, i) = sign * upper(i, j);
     }
     return lower;
 }

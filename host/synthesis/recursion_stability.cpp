@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
-#include "host/base/eigen.hpp"
+#include "host/base/decompositions.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
 #include "host/synthesis/independent_planes.hpp"
@@ -22,9 +22,8 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using std::size_t;
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-Eigen::Map<const Rows> block(const LinearField& field, size_t s) {
+Eigen::Map<const RowMajorMatrix> block(const LinearField& field, size_t s) {
     const Index d = field.planes;
     return {field.coefficients.data() + static_cast<std::ptrdiff_t>(s) * d * d, d, d};
 }
@@ -45,10 +44,7 @@ double growth(const std::vector<MatrixXcd>& c) {
     MatrixXcd companion = MatrixXcd::Zero(d * terms, d * terms);
     for (Index m = 0; m < terms; ++m) companion.block(0, m * d, d, d) = c[static_cast<size_t>(m)];
     for (Index m = 1; m < terms; ++m) companion.block(m * d, (m - 1) * d, d, d).setIdentity();
-    if (!companion.allFinite()) return std::numeric_limits<double>::infinity();
-    const Eigen::ComplexEigenSolver<MatrixXcd> solver(companion, false);
-    if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-    return solver.eigenvalues().cwiseAbs().maxCoeff();
+    return spectral_radius(companion);
 }
 
 double growth_along_rows(const LinearField& field) {

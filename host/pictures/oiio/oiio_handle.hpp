@@ -1,11 +1,15 @@
 #pragma once
 
+#include <OpenImageIO/half.h>  // before the other, which asks for it
 #include <OpenImageIO/imageio.h>
 
 #include <memory>
 #include <string>
 
 namespace btfield::detail {
+
+// Enough rows for any codec's block (TIFF strips, EXR blocks of up to 256 lines) at little memory.
+constexpr int strip_rows = 256;
 
 /// Takes the pending message, which OpenImageIO would print if nobody did.
 struct DropMessage {

@@ -1,7 +1,6 @@
 #include "host/pictures/oiio/picture_decode.hpp"
 
 #include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <array>
@@ -23,11 +22,6 @@
 
 namespace btfield::detail {
 namespace {
-
-constexpr const char* use_a_complete_file = "give a complete and undamaged file";
-
-// Enough rows for any codec's block (TIFF strips, EXR blocks of up to 256 lines) at little memory.
-constexpr int strip_rows = 256;
 
 PixelType type_of(const OIIO::ImageSpec& spec) {
     std::vector<OIIO::TypeDesc> types = spec.channelformats;

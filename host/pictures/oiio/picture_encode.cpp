@@ -1,8 +1,6 @@
 #include "host/pictures/oiio/picture_encode.hpp"
 
 #include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/half.h>
-#include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -18,9 +16,6 @@
 
 namespace btfield::detail {
 namespace {
-
-// As much as any codec's block, at little memory.
-constexpr int strip_rows = 256;
 
 /// Where a codec writes. Codecs treat a full disk each in their way: one ends the process, one prints, one
 /// leaves out the end and reports success. So none of them sees it: writing always seems to work, and error()

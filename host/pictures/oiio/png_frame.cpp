@@ -14,8 +14,6 @@
 namespace btfield::detail {
 namespace {
 
-constexpr const char* use_a_complete_file = "give a complete and undamaged file";
-
 constexpr std::array<std::uint32_t, 256> crc_table() {
     std::array<std::uint32_t, 256> table{};
     for (std::uint32_t i = 0; i < table.size(); ++i) {

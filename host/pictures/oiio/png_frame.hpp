@@ -10,6 +10,8 @@
 
 namespace btfield::detail {
 
+constexpr const char* use_a_complete_file = "give a complete and undamaged file";
+
 /// Bytes of a complete PNG with only the chunks that decide about pixel values, and its texts.
 /// \throws InputError when the file ends early, a chunk's checksum is wrong, or the header is impossible.
 [[nodiscard]] std::string checked_png(const std::filesystem::path& path, const std::string& asked);
