@@ -4,8 +4,9 @@
 /// Thresholds that were measured, or that stand for a measurement, by kind of device. None changes a result
 /// beyond the order in which transforms add.
 ///
-/// Those of a CPU were measured on 2 cores with AVX-512 under PoCL 3.1, by the command beside each. Those of
-/// other devices are estimates: none has been measured on a GPU.
+/// Those of a CPU suit 2 cores with AVX-512 under PoCL 3.1; where a comment gives figures, they come from the
+/// command beside them, which shows the others' effect. Those of other devices are estimates: none has been
+/// measured on a GPU.
 
 #include <cstddef>
 
