@@ -1,6 +1,7 @@
 #pragma once
 
-// Decompositions that each cost a compiler seconds, behind functions of matrices whose size is known at run time only.
+// Decompositions that each cost a compiler seconds, behind functions of matrices whose size is known at run
+// time only.
 
 #include <optional>
 
@@ -9,7 +10,8 @@
 namespace btfield::detail {
 
 /// x of least |a x − b|, and among these of least |x|.
-/// \param threshold relative to the largest pivot, below which a pivot counts as zero; without it, rounding decides
+/// \param threshold relative to the largest pivot, below which a pivot counts as zero; without it, rounding
+///     decides
 [[nodiscard]] Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
                                                   std::optional<double> threshold = {});
 

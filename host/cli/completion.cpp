@@ -6,32 +6,11 @@
 
 #include "btfield/device.hpp"
 #include "host/base/file_output.hpp"
-#include "host/base/names.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
-
-namespace btfield::cli {
-namespace {
-
-enum class Shell { bash, zsh, fish, devices };
-
-}  // namespace
-}  // namespace btfield::cli
-
-namespace btfield::detail {
-
-template <>
-struct Names<cli::Shell> {
-    static constexpr std::string_view what = "shell";
-    static constexpr auto words = std::to_array<Word<cli::Shell>>({{cli::Shell::bash, "bash"},
-                                                                   {cli::Shell::zsh, "zsh"},
-                                                                   {cli::Shell::fish, "fish"},
-                                                                   {cli::Shell::devices, "devices"}});
-};
-
-}  // namespace btfield::detail
+#include "host/cli/shell_names.hpp"
 
 namespace btfield::cli {
 namespace {
