@@ -27,8 +27,9 @@ void add_compare(CLI::App& app, Action& action);
 void add_experiment(CLI::App& app, Action& action);
 void add_kappa(CLI::App& app, Action& action);
 void add_memd(CLI::App& app, Action& action);
-/// Hidden: what packages and builds call.
+/// Hidden: what packages and builds call, and what users try.
 void add_completion(CLI::App& app, Action& action);
 void add_manual(CLI::App& app, Action& action);
+void add_help(CLI::App& app, Action& action);
 
 }  // namespace btfield::cli

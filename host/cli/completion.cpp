@@ -154,6 +154,13 @@ std::string bash_script(const std::vector<Completed>& all) {
         for (const CommandText& each : command->commands)
             text += "        '" + each.name + "') command+=\" $word\" ;;\n";
     }
+    // Behind what is no command, nothing fits.
+    text += "        *)\n            case $command in\n            ";
+    for (const auto& [command, options] : all) {
+        if (!command->commands.empty())
+            text += (command->name == all.front().command->name ? "'" : " | '") + command->name + "'";
+    }
+    text += ") [[ $word == -* ]] || command+=\" $word\" ;;\n            esac\n            ;;\n";
     text += bash_middle;
     for (const auto& [command, options] : all) {
         for (const OptionText& option : options) {

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <memory>
 
+#include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/report.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -43,11 +47,23 @@ std::string lines(std::string start, const std::vector<std::string>& words, std:
     return text + line + "\n";
 }
 
+/// Choices a|b|c broken behind a bar, where they do not fit a line.
+std::string folded(std::string text) {
+    std::string before;
+    while (width(text) > page_width) {
+        const std::size_t bar = text.rfind('|', page_width - 1);
+        if (bar == std::string::npos) break;
+        before += text.substr(0, bar + 1) + "\n";
+        text = std::string(6, ' ') + text.substr(bar + 1);
+    }
+    return before + text;
+}
+
 std::string entry(const std::string& name, const std::string& help, std::size_t column) {
     std::string start = "  " + name;
     std::string before;
     if (width(start) + 2 > column) {
-        before = start + "\n";
+        before = folded(start) + "\n";
         start.clear();
     }
     start.resize(start.size() + column - width(start), ' ');
@@ -108,6 +124,30 @@ std::string help_text(const CommandText& command) {
 std::string HelpFormatter::make_help(const CLI::App* app, std::string /*name*/,
                                      CLI::AppFormatMode /*mode*/) const {
     return help_text(command_text(*app));
+}
+
+void add_help(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("help", "print the help of a command");
+    command->group("");
+    const auto words = std::make_shared<std::vector<std::string>>();
+    command->add_option("COMMAND", *words, "whose help (default: that of btfield)")->type_name("");
+    command->callback([words, &app, &action] {
+        action = [words, &app] {
+            const CLI::App* of = &app;
+            std::string name;
+            for (const std::string& word : *words) {
+                const auto commands = of->get_subcommands({});
+                const auto found = std::find_if(commands.begin(), commands.end(), [&](const CLI::App* each) {
+                    return each->get_name() == word;
+                });
+                if (found == commands.end())
+                    throw UsageError("'" + word + "' is no command" + (name.empty() ? "" : " of " + name));
+                of = *found;
+                name += (name.empty() ? "" : " ") + word;
+            }
+            emit_text(help_text(command_text(*of)));
+        };
+    });
 }
 
 }  // namespace btfield::cli

@@ -50,23 +50,32 @@ void ignore_write_signals() {
     std::signal(SIGXFSZ, SIG_IGN);
 }
 
-/// Where help may be found: "btfield fit --help".
-std::string help_of(const CLI::App& app) {
-    const auto subcommands = app.get_subcommands();
-    return "'btfield " + (subcommands.empty() ? std::string() : subcommands.front()->get_name() + " ") +
-           "--help'";
+int wrong(const CLI::App& app, const std::string& text) {
+    const CLI::App* command = &app;
+    std::string name;  // "experiment run"
+    while (!command->get_subcommands().empty()) {
+        command = command->get_subcommands().front();
+        name += (name.empty() ? "" : " ") + command->get_name();
+    }
+    const std::vector<std::string> unknown = app.remaining(true);
+    std::string found = text;
+    if (!unknown.empty() && !command->get_subcommands({}).empty()) {
+        const bool option = unknown.front().rfind('-', 0) == 0;
+        found = "'" + unknown.front() + "' is no " + (option ? "option" : "command") +
+                (name.empty() ? "" : " of " + name);
+    }
+    return fail(wrong_usage, (name.empty() ? "command line" : name) + ": " + found + "; see 'btfield " +
+                                 name + (name.empty() ? "" : " ") + "--help'");
 }
 
-int wrong(const CLI::App& app, const std::string& text) {
-    const auto subcommands = app.get_subcommands();
-    const auto unknown = app.remaining();
-    std::string found = text;
-    if (subcommands.empty() && !unknown.empty()) {
-        const bool option = unknown.front().rfind('-', 0) == 0;
-        found = "'" + unknown.front() + "' is no " + (option ? "option" : "command");
+/// An empty word where a value is asked for is a slip, such as a variable that is not set.
+void refuse_empty_values(const CLI::App& command) {
+    for (const CLI::Option* option : command.get_options()) {
+        for (const std::string& value : option->results()) {
+            if (value.empty()) throw cli::UsageError(option->get_name() + ": the value is empty");
+        }
     }
-    const std::string asked = subcommands.empty() ? "command line" : subcommands.front()->get_name();
-    return fail(wrong_usage, asked + ": " + found + "; see " + help_of(app));
+    for (const CLI::App* each : command.get_subcommands()) refuse_empty_values(*each);
 }
 
 int device_failure(const btfield::DeviceError& error, bool verbose) {
@@ -97,7 +106,7 @@ int run(int argc, char** argv) {
                                   "failure.",
                                   "Environment: BTFIELD_DEVICE, the device where --device names none; "
                                   "BTFIELD_CACHE_DIR, where built kernels are kept (default: "
-                                  "~/.cache/btfield)."}});
+                                  "btfield in XDG_CACHE_HOME, or in ~/.cache)."}});
         cli::add_fit(app, action);
         cli::add_synth(app, action);
         cli::add_info(app, action);
@@ -108,6 +117,7 @@ int run(int argc, char** argv) {
         cli::add_devices(app, action);
         cli::add_completion(app, action);
         cli::add_manual(app, action);
+        cli::add_help(app, action);
         for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
         try {
             app.parse(argc, argv);
@@ -117,8 +127,13 @@ int run(int argc, char** argv) {
             cli::emit_text(text.str());
             return done;
         }
+        refuse_empty_values(app);
         action();
         return done;
+    } catch (const CLI::ExtrasError&) {
+        std::string unknown;  // CLI11 lists them from the last to the first
+        for (const std::string& word : app.remaining(true)) unknown += " " + word;
+        return wrong(app, "not expected:" + unknown);
     } catch (const CLI::Error& error) {
         return wrong(app, error.what());
     } catch (const cli::UsageError& error) {

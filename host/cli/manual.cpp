@@ -214,6 +214,8 @@ void add_manual(CLI::App& app, Action& action) {
     set_guide(*command, {{{"btfield man fit | man -l -"}}});
     command->callback([options, &app, &action] {
         action = [options, &app] {
+            if (!options->words.empty() && !options->folder.empty())
+                throw UsageError("COMMAND and --all: give one of the two");
             const CommandText root = command_text(app);
             if (options->folder.empty()) {
                 emit_text(page(named(root, options->words)));

@@ -215,12 +215,13 @@ ExperimentResult Ledger::conclude() {
     static_cast<ExperimentProgress&>(result) = progress();
     const std::lock_guard lock(mutex_);
     if (fatal_) std::rethrow_exception(fatal_);
-    database_.close();
+    result.interrupted = result.done + result.refused + result.failed + result.skipped < result.jobs;
+    const bool nothing = result.interrupted && result.done + result.refused + result.failed == 0;
+    if (!nothing) database_.close();
     if (!texture_trouble_.empty()) {
         throw InputError("keep the best textures in '" + textures_.string() + "'", texture_trouble_,
                          "mend that and run the same command again: no job is done twice");
     }
-    result.interrupted = result.done + result.refused + result.failed + result.skipped < result.jobs;
     result.failure = first_failure_;
     return result;
 }

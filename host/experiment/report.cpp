@@ -213,6 +213,9 @@ std::string page_title(Connection& connection) {
 void write_experiment_report(const std::filesystem::path& database, const std::filesystem::path& page,
                              int most_pictures) {
     const std::string asked = "write the report '" + page.string() + "'";
+    std::error_code error;
+    if (std::filesystem::equivalent(database, page, error))
+        throw InputError(asked, "that is the database", "give the page a name of its own");
     check_output(page, asked);
     const std::vector<ExperimentTable> tables = experiment_tables(database);
     Connection connection(database, Connection::Access::read, "read the results '" + database.string() + "'");

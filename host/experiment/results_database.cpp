@@ -89,8 +89,21 @@ void check_results(Connection& connection) {
     }
 }
 
+ResultsDatabase::NewFile::NewFile(fs::path file) : path(std::move(file)) {
+    std::error_code error;
+    keep = fs::exists(path, error);
+}
+
+ResultsDatabase::NewFile::~NewFile() {
+    if (keep) return;
+    for (const char* suffix : {"", "-wal", "-shm"}) {
+        std::error_code error;
+        fs::remove(path.string() + suffix, error);
+    }
+}
+
 ResultsDatabase::ResultsDatabase(const fs::path& path, const std::string& asked)
-    : lock_(path, asked), connection_(path, Connection::Access::create, asked) {
+    : lock_(path, asked), file_(path), connection_(path, Connection::Access::create, asked) {
     if (connection_.number("PRAGMA application_id") == 0 &&
         connection_.number("SELECT count(*) FROM sqlite_schema") == 0) {
         connection_.execute("PRAGMA journal_mode = WAL");
@@ -263,6 +276,7 @@ std::map<JobStatus, std::uint64_t> ResultsDatabase::count() {
 
 void ResultsDatabase::close() {
     connection_.execute("PRAGMA wal_checkpoint(TRUNCATE)");
+    file_.keep = true;
 }
 
 }  // namespace btfield::detail

@@ -22,7 +22,8 @@ inline constexpr int results_schema = 1;
 /// Writes rows. One process at a time: it holds a lock as long as it lives, and readers do not mind.
 class ResultsDatabase {
   public:
-    /// Opens the database, or makes one where the file is absent or empty.
+    /// Opens the database, or makes one where the file is absent or empty. A new one is removed again unless
+    /// it gets results or is closed.
     /// \throws InputError when it is another program's, damaged, locked by another run, or cannot be written.
     ResultsDatabase(const std::filesystem::path& path, const std::string& asked);
 
@@ -48,7 +49,16 @@ class ResultsDatabase {
     void close();
 
   private:
+    struct NewFile {
+        explicit NewFile(std::filesystem::path file);
+        ~NewFile();
+        NewFile(const NewFile&) = delete;
+        NewFile& operator=(const NewFile&) = delete;
+        std::filesystem::path path;
+        bool keep;
+    };
     RunLock lock_;
+    NewFile file_;  ///< outlives the connection
     Connection connection_;
 };
 

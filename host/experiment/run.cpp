@@ -36,6 +36,18 @@ int thread_count(const ExperimentRunOptions& options) {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+/// \throws InputError where the name is that of something else
+std::filesystem::path texture_folder(const ExperimentRunOptions& options) {
+    if (options.textures.empty()) return {};
+    const std::filesystem::path folder = std::filesystem::absolute(options.textures);
+    std::error_code error;
+    if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error)) {
+        throw InputError("keep the best textures in '" + options.textures.string() + "'", "that is no folder",
+                         "name a folder, or one that is to be made");
+    }
+    return folder;
+}
+
 void tell_all(ExperimentRanks& ranks, const RankMessage& message) {
     const std::string bytes = to_bytes(message);
     for (int rank = 1; rank < ranks.size(); ++rank) ranks.send(rank, bytes);
@@ -50,8 +62,7 @@ class Head {
          const ExperimentRunOptions& options)
         : config_(config),
           options_(options),
-          textures_(options.textures.empty() ? options.textures
-                                             : std::filesystem::absolute(options.textures)),
+          textures_(texture_folder(options)),
           ranks_(options.ranks != nullptr && options.ranks->size() > 1 ? options.ranks : nullptr),
           ledger_(config, database, options,
                   thread_count(options) * (ranks_ != nullptr ? ranks_->size() : 1)) {}
@@ -363,25 +374,18 @@ ExperimentResult merge_experiments(const std::vector<std::filesystem::path>& inp
         throw InputError(asked, "the file exists", "choose a name that is free");
     }
     ExperimentResult result;
-    try {
-        ResultsDatabase database(output, asked);
-        for (const std::filesystem::path& input : inputs) database.absorb(input);
-        const auto counts = database.count();
-        const auto of = [&](JobStatus status) {
-            const auto found = counts.find(status);
-            return found == counts.end() ? 0 : found->second;
-        };
-        result.done = of(JobStatus::done);
-        result.refused = of(JobStatus::refused);
-        result.failed = of(JobStatus::failed);
-        result.jobs = result.done + result.refused + result.failed;
-        database.close();
-    } catch (...) {
-        for (const char* suffix : {"", "-wal", "-shm"}) {
-            std::filesystem::remove(output.string() + suffix, error);
-        }
-        throw;
-    }
+    ResultsDatabase database(output, asked);
+    for (const std::filesystem::path& input : inputs) database.absorb(input);
+    const auto counts = database.count();
+    const auto of = [&](JobStatus status) {
+        const auto found = counts.find(status);
+        return found == counts.end() ? 0 : found->second;
+    };
+    result.done = of(JobStatus::done);
+    result.refused = of(JobStatus::refused);
+    result.failed = of(JobStatus::failed);
+    result.jobs = result.done + result.refused + result.failed;
+    database.close();
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return result;
 }

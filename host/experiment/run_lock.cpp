@@ -28,7 +28,7 @@ RunLock::RunLock(const std::filesystem::path& file, const std::string& asked) : 
     for (;;) {
         descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
         if (descriptor_ < 0) {
-            throw InputError(asked, std::generic_category().message(errno) + " ('" + path_.string() + "')",
+            throw InputError(asked, std::generic_category().message(errno),
                              "choose a place that you may write to");
         }
         if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {

@@ -124,6 +124,8 @@ offers 'btfield fit --noise=' btfield fit --noise =
 offers 'btfield fit --crop ' btfield fit --crop ''
 offers 'btfield  fit   --neighbourhood correlated:' btfield fit --neighbourhood correlated :
 offers 'btfield info --' btfield info --
+offers 'btfield paint ' btfield paint ''
+offers 'btfield --verbose inf' btfield --verbose inf
 )");
     const Ended ended = run_program({"/bin/bash", "--norc", "script"}, {.folder = folder.path().string()});
     EXPECT_EQ(ended.err, "");
@@ -134,7 +136,9 @@ offers 'btfield info --' btfield info --
               "full diagonal\n"
               "\n"
               "\n"
-              "--json --help --verbose\n");
+              "--json --help --verbose\n"
+              "\n"
+              "info\n");
 }
 
 TEST(CliCompletion, Devices) {

@@ -13,6 +13,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 #include "tests/experiment_cases.hpp"
@@ -105,6 +106,12 @@ TEST(CliExperiment, RunTableMergeReport) {
     const std::string page = (folder / "p.html").string();
     EXPECT_EQ(run_program(experiment({"report", merged, "--out", page})).code, 0);
     EXPECT_TRUE(fs::exists(page));
+
+    const std::string results = test::bytes_of(database);
+    const Ended over = run_program(experiment({"report", database, "--out", database}));
+    EXPECT_EQ(over.code, 1);
+    EXPECT_NE(over.err.find("that is the database"), std::string::npos) << over.err;
+    EXPECT_EQ(test::bytes_of(database), results);
 }
 
 TEST(CliExperiment, WrongUsage) {
@@ -123,12 +130,35 @@ TEST(CliExperiment, WrongUsage) {
         const Ended ended = run_program(experiment(words));
         EXPECT_EQ(ended.code, 2) << ended.err;
         EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+        const std::string command = words.empty() ? "experiment" : "experiment " + words.front();
+        EXPECT_NE(ended.err.find("btfield: " + command + ": "), std::string::npos) << ended.err;
+        EXPECT_NE(ended.err.find("'btfield " + command + " --help'"), std::string::npos) << ended.err;
     }
     test::put_bytes(folder / "bad.json", R"({"picture": []})");
     const Ended bad = run_program(experiment({"run", (folder / "bad.json").string(), "--out", database}));
     EXPECT_EQ(bad.code, 1);
     EXPECT_NE(bad.err.find("unknown key 'picture'"), std::string::npos) << bad.err;
     EXPECT_FALSE(fs::exists(database));
+}
+
+TEST(CliExperiment, NoDatabaseWithoutAResult) {
+    const TemporaryFolder folder;
+    const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string(),
+                      absent = (folder / "absent-picture.json").string(), file = (folder / "file").string();
+    test::put_bytes(absent, R"({"pictures": [{"material": "x", "files": ["none.png"]}], "models": ["2d-car"],
+                               "orders": [1], "levels": [1], "seeds": [1]})");
+    test::put_bytes(file, "");
+    for (const auto& [words, code, part] : std::vector<std::tuple<Words, int, std::string>>{
+             {{"run", absent, "--out", database}, 1, "none.png"},
+             {{"run", config, "--out", database, "--device", "no such device"}, 3, "no such device"},
+             {{"run", config, "--out", database, "--synth-out", file}, 1, "that is no folder"},
+             {{"run", config, "--out", ""}, 2, "--out: the value is empty"}}) {
+        const std::vector<std::string> before = folder.names();
+        const Ended ended = run_program(experiment(words));
+        EXPECT_EQ(ended.code, code) << ended.err;
+        EXPECT_NE(ended.err.find(part), std::string::npos) << ended.err;
+        EXPECT_EQ(folder.names(), before);
+    }
 }
 
 TEST(CliExperiment, ProgressOnATerminal) {

@@ -85,6 +85,17 @@ class CliHelp : public testing::Test {
     const Surroundings here_{.folder = folder_.path().string()};
 };
 
+TEST_F(CliHelp, FitsALine) {
+    for (const Words& words : commands()) {
+        SCOPED_TRACE(text_of(words));
+        const std::vector<std::string> help = help_of(words);
+        for (const std::string& line : help) EXPECT_LE(line.size(), 80U) << line;
+        Words asked = words;
+        asked.insert(asked.begin(), "help");
+        EXPECT_EQ(lines_of(btfield(asked).out), help);
+    }
+}
+
 TEST_F(CliHelp, BeginsWithTheUsualCaseWhichWorks) {
     for (const Words& words : commands()) {
         SCOPED_TRACE(text_of(words));

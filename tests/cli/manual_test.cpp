@@ -63,6 +63,7 @@ TEST(CliManual, EveryCommandHasAPageWithAllItsOptions) {
     EXPECT_EQ(plain(btfield({"man", "experiment", "run"}).out),
               plain(bytes_of(folder / "btfield-experiment-run.1")));
     expect_failure({"man", "paint"}, 2, "'paint' is no command of btfield");
+    expect_failure({"man", "fit", "--all", folder.path().string()}, 2, "COMMAND and --all");
 }
 
 TEST(CliManual, TheDayCanBeSet) {

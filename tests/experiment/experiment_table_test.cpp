@@ -157,7 +157,7 @@ TEST(ExperimentTable, Formats) {
 
 TEST(ExperimentTable, EmptyDatabase) {
     const TemporaryFolder folder;
-    { ResultsDatabase database(folder / "empty.db", "make it"); }
+    ResultsDatabase(folder / "empty.db", "make it").close();
     EXPECT_TRUE(experiment_tables(folder / "empty.db").empty());
     EXPECT_EQ(format_tables({}, TableFormat::text), "no jobs yet\n");
     write_experiment_report(folder / "empty.db", folder / "page.html");
