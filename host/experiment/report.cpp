@@ -7,6 +7,7 @@
 #include <set>
 
 #include "btfield/criteria.hpp"
+#include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/base/file_output.hpp"
 #include "host/experiment/plot.hpp"

@@ -39,7 +39,7 @@ int thread_count(const ExperimentRunOptions& options) {
 /// \throws InputError where the name is that of something else
 std::filesystem::path texture_folder(const ExperimentRunOptions& options) {
     if (options.textures.empty()) return {};
-    const std::filesystem::path folder = std::filesystem::absolute(options.textures);
+    std::filesystem::path folder = std::filesystem::absolute(options.textures);
     std::error_code error;
     if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error)) {
         throw InputError("keep the best textures in '" + options.textures.string() + "'", "that is no folder",
