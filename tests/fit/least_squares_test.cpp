@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <vector>
 
@@ -252,10 +252,7 @@ TEST(LeastSquares, PlanesThatRepeatEachOther) {
     const auto offsets = neighbourhood(3, NeighbourhoodKind::causal);
     const LagCovariance statistic = lag_covariance(image, difference_box(offsets));
     const CarModel model = fit_car(statistic, {NeighbourhoodKind::causal, offsets}, NoiseForm::full);
-    Eigen::Matrix3d sigma;
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) sigma(i, j) = reference::noise(model, i, j);
-    }
+    const Eigen::MatrixXd sigma = reference::noise_covariance(model);
     EXPECT_EQ(sigma.llt().info(), Eigen::Success);
     const CarModel single = fit_car(lag_covariance(grey, difference_box(offsets)),
                                     {NeighbourhoodKind::causal, offsets}, NoiseForm::full);

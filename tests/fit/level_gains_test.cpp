@@ -3,14 +3,17 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <vector>
 
 #include "btfield/pyramid.hpp"
 #include "host/base/non_negative.hpp"
 #include "host/spectrum/spectral_density.hpp"
+#include "tests/reference/algebra.hpp"
 #include "tests/reference/fields.hpp"
 #include "tests/reference/lag_covariance.hpp"
 
@@ -36,7 +39,7 @@ Eigen::MatrixXd expansion(int coarse, int factor) {
 
 Eigen::MatrixXd expansions(int coarse, int factor, int depth) {
     Eigen::MatrixXd e = Eigen::MatrixXd::Identity(coarse, coarse);
-    for (int k = 0; k < depth; ++k) e = expansion(static_cast<int>(e.rows()), factor) * e;
+    for (int k = 0; k < depth; ++k) e = reference::product(expansion(static_cast<int>(e.rows()), factor), e);
     return e;
 }
 
@@ -95,7 +98,7 @@ TEST_P(ExpandedCovariances, EqualThoseOfTheExpandedPixels) {
                             there[q] = rows(reference::wrapped(r1 + s.row, full.height), q1) *
                                        columns(reference::wrapped(r2 + s.column, full.width), q2);
                         }
-                        sum += here.dot(block * there);
+                        sum += here.dot(reference::product(block, there));
                     }
                 }
                 // Sums of some thousand products of order one in float64.
@@ -115,13 +118,18 @@ Eigen::VectorXd enumerated(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
     Eigen::VectorXd best = Eigen::VectorXd::Zero(a.cols());
     double lowest = b.squaredNorm();
     for (int set = 1; set < 1 << a.cols(); ++set) {
-        Eigen::MatrixXd columns = a;
+        Eigen::MatrixXd columns(a.rows(), std::popcount(static_cast<unsigned>(set)));
+        std::vector<int> free;
         for (int k = 0; k < a.cols(); ++k) {
-            if ((set >> k & 1) == 0) columns.col(k).setZero();
+            if ((set >> k & 1) == 0) continue;
+            columns.col(static_cast<Eigen::Index>(free.size())) = a.col(k);
+            free.push_back(k);
         }
-        Eigen::VectorXd x = columns.completeOrthogonalDecomposition().solve(b);
+        const Eigen::VectorXd solution = reference::least_squares(columns, b);
+        Eigen::VectorXd x = Eigen::VectorXd::Zero(a.cols());
+        for (std::size_t n = 0; n < free.size(); ++n) x[free[n]] = solution[static_cast<Eigen::Index>(n)];
         if (x.minCoeff() < 0.0) continue;
-        const double value = (columns * x - b).squaredNorm();
+        const double value = (reference::product(a, x) - b).squaredNorm();
         if (value < lowest) {
             lowest = value;
             best = x;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <complex>
 #include <filesystem>
@@ -13,6 +13,8 @@
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "tests/reference/algebra.hpp"
+#include "tests/reference/fields.hpp"
 #include "tests/reference/mrf_least_squares.hpp"
 #include "tests/reference/spectral_factor.hpp"
 
@@ -46,20 +48,6 @@ LagCovariance statistic_of(const Image& image, const std::vector<Offset>& offset
     return lag_covariance(image, difference_box(offsets));
 }
 
-MatrixXd a_of(const LinearField& field, std::size_t s) {
-    MatrixXd a(field.planes, field.planes);
-    for (int i = 0; i < field.planes; ++i)
-        for (int j = 0; j < field.planes; ++j) a(i, j) = reference::coefficient(field, s, i, j);
-    return a;
-}
-
-MatrixXd sigma_of(const LinearField& field) {
-    MatrixXd sigma(field.planes, field.planes);
-    for (int i = 0; i < field.planes; ++i)
-        for (int j = 0; j < field.planes; ++j) sigma(i, j) = reference::noise(field, i, j);
-    return sigma;
-}
-
 std::size_t opposite(const std::vector<Offset>& offsets, std::size_t s) {
     std::size_t other = 0;
     while (offsets[other] != -offsets[s]) ++other;
@@ -68,17 +56,18 @@ std::size_t opposite(const std::vector<Offset>& offsets, std::size_t s) {
 
 /// The symmetry of the model's form.
 void expect_symmetric(const MrfModel& model) {
-    const MatrixXd inverse = sigma_of(model).inverse();
+    const MatrixXd inverse = reference::inverse(reference::noise_covariance(model));
     for (std::size_t s = 0; s < model.offsets.size(); ++s) {
-        MatrixXd here = a_of(model, s), there = a_of(model, opposite(model.offsets, s));
+        MatrixXd here = reference::coefficients(model, s),
+                 there = reference::coefficients(model, opposite(model.offsets, s));
         if (model.form == MrfForm::pmrf) {
             EXPECT_EQ(here, there.transpose());
             continue;
         }
-        here = inverse * here, there = inverse * there;
+        here = reference::product(inverse, here), there = reference::product(inverse, there);
         // Two products with Σ's root and its inverse.
         const double bound = 16.0 * model.planes * std::numeric_limits<double>::epsilon() * inverse.norm() *
-                             sigma_of(model).norm() * here.norm();
+                             reference::noise_covariance(model).norm() * here.norm();
         EXPECT_LE((here - there.transpose()).norm(), bound);
     }
 }
@@ -87,11 +76,11 @@ void expect_close(const MrfModel& model, const std::vector<MatrixXd>& a, const M
                   double tolerance) {
     double difference = 0.0, scale = 0.0;
     for (std::size_t s = 0; s < a.size(); ++s) {
-        difference += (a_of(model, s) - a[s]).squaredNorm();
+        difference += (reference::coefficients(model, s) - a[s]).squaredNorm();
         scale += a[s].squaredNorm();
     }
     EXPECT_LE(std::sqrt(difference), tolerance * std::sqrt(scale));
-    EXPECT_LE((sigma_of(model) - sigma).norm(), tolerance * sigma.norm());
+    EXPECT_LE((reference::noise_covariance(model) - sigma).norm(), tolerance * sigma.norm());
 }
 
 /// Normal equations square the condition of the design, here below 1e3: 1e6 units of float64, and the lag
@@ -166,12 +155,13 @@ MrfModel valid_model(int planes, int order, const MatrixXd& root, double strengt
         p[opposite(model.offsets, s)] = p[s].transpose();
         sum += 2.0 * p[s].norm();
     }
+    const MatrixXd inverse = reference::inverse(root);
     for (const MatrixXd& m : p) {
-        const MatrixXd a = root * m * root.inverse() * (strength / sum);
+        const MatrixXd a = (strength / sum) * reference::product(root, m, inverse);
         for (int i = 0; i < planes; ++i)
             for (int j = 0; j < planes; ++j) model.coefficients.push_back(a(i, j));
     }
-    const MatrixXd sigma = root * root.transpose();
+    const MatrixXd sigma = reference::product(root, MatrixXd(root.transpose()));
     for (int i = 0; i < planes; ++i)
         for (int j = 0; j < planes; ++j) model.noise_covariance.push_back(sigma(i, j));
     return model;
@@ -181,12 +171,12 @@ MrfModel valid_model(int planes, int order, const MatrixXd& root, double strengt
 LagCovariance exact_statistic(const MrfModel& model, Size size) {
     const Offset box = difference_box(model.offsets);
     LagCovariance statistic(model.planes, size, box);
-    const MatrixXd sigma = sigma_of(model);
+    const MatrixXcd sigma = reference::noise_covariance(model);
     std::vector<MatrixXcd> densities;
     for (int ky = 0; ky < size.height; ++ky)
         for (int kx = 0; kx < size.width; ++kx)
-            densities.push_back(reference::transfer_matrix(model, size, kx, ky).inverse() *
-                                sigma.cast<Complex>());
+            densities.push_back(reference::product(
+                reference::inverse(reference::transfer_matrix(model, size, kx, ky)), sigma));
     for (int row = 0; row <= box.row; ++row)
         for (int column = row == 0 ? 0 : -box.column; column <= box.column; ++column) {
             MatrixXcd c = MatrixXcd::Zero(model.planes, model.planes);
@@ -206,8 +196,8 @@ LagCovariance exact_statistic(const MrfModel& model, Size size) {
 void expect_recovered(const MrfModel& model, const MrfEstimate& found) {
     EXPECT_TRUE(found.converged) << found.iterations;
     std::vector<MatrixXd> a;
-    for (std::size_t s = 0; s < model.offsets.size(); ++s) a.push_back(a_of(model, s));
-    expect_close(found.model, a, sigma_of(model), same_numbers);
+    for (std::size_t s = 0; s < model.offsets.size(); ++s) a.push_back(reference::coefficients(model, s));
+    expect_close(found.model, a, reference::noise_covariance(model), same_numbers);
 }
 
 TEST(MrfLeastSquares, RecoversMmrfFromItsCovariances) {
@@ -258,10 +248,11 @@ TEST(MrfLeastSquares, FullMmrfTurnsWithThePlanes) {
     const MrfEstimate other = fit_mmrf(statistic_of(turned, offsets), {kind, offsets}, NoiseForm::full);
     std::vector<MatrixXd> a;
     for (std::size_t s = 0; s < offsets.size(); ++s)
-        a.push_back(turn * a_of(plain.model, s) * turn.inverse());
+        a.push_back(
+            reference::product(turn, reference::coefficients(plain.model, s), reference::inverse(turn)));
     // The turned pixels are rounded to float32, some 1e-7 of their deviation, and turning back costs cond² =
     // 1e3.
-    expect_close(other.model, a, turn * sigma_of(plain.model) * turn.transpose(), 1e-4);
+    expect_close(other.model, a, reference::congruent(turn, reference::noise_covariance(plain.model)), 1e-4);
 }
 
 TEST(MrfLeastSquares, PerPairSets) {

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <complex>
 #include <functional>
+#include <numbers>
 #include <random>
 #include <span>
 #include <string>
@@ -12,6 +15,8 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "host/fit/folded_periodogram.hpp"
+#include "tests/reference/algebra.hpp"
+#include "tests/reference/fields.hpp"
 #include "tests/reference/markov.hpp"
 
 namespace btfield {
@@ -20,10 +25,11 @@ using namespace detail;
 
 namespace {
 
+using Complex = std::complex<double>;
 using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using reference::MatrixXcd;
-using reference::MatrixXd;
 using std::size_t;
 constexpr double pi = std::numbers::pi;
 
@@ -92,8 +98,8 @@ class Parameters {
             for (int i = 0; i < d; ++i) {
                 for (int j = 0; j < d; ++j) q(i, j) = x[k++];
             }
-            store(s, left * q);
-            store(-s, left * q.transpose());
+            store(s, reference::product(left, q));
+            store(-s, reference::product(left, MatrixXd(q.transpose())));
         }
         for (int i = 0; i < d; ++i) {
             for (int j = 0; j < d; ++j) model.noise_covariance.push_back(sigma(i, j));
@@ -102,15 +108,15 @@ class Parameters {
     }
     [[nodiscard]] VectorXd of(const MrfModel& model) const {
         std::vector<double> x;
-        const MatrixXd sigma = reference::real_matrix(model.noise_covariance, 0, planes_);
+        const MatrixXd sigma = reference::noise_covariance(model);
         for (int i = 0; i < planes_; ++i) {
             for (int j = full_ ? 0 : i; j <= i; ++j) x.push_back(sigma(i, j));
         }
         const MatrixXd left =
-            form_ == MrfForm::mmrf ? MatrixXd(sigma.inverse()) : MatrixXd::Identity(planes_, planes_);
+            form_ == MrfForm::mmrf ? reference::inverse(sigma) : MatrixXd::Identity(planes_, planes_);
         for (size_t s = 0; s < offsets_.size(); ++s) {
             if (offsets_[s] < Offset{}) continue;
-            const MatrixXd q = left * reference::real_matrix(model.coefficients, s, planes_);
+            const MatrixXd q = reference::product(left, reference::coefficients(model, s));
             for (int i = 0; i < planes_; ++i) {
                 for (int j = 0; j < planes_; ++j) x.push_back(q(i, j));
             }
@@ -127,7 +133,7 @@ class Parameters {
             sigma(i, i) = 1.0 + 0.5 * i;
             for (int j = 0; j < i && full_; ++j) sigma(i, j) = sigma(j, i) = 0.4;
         }
-        const MatrixXd root = Eigen::SelfAdjointEigenSolver<MatrixXd>(sigma).operatorInverseSqrt();
+        const MatrixXd root = reference::symmetric_inverse_root(sigma);
         std::vector<double> x;
         for (int i = 0; i < d; ++i) {
             for (int j = full_ ? 0 : i; j <= i; ++j) x.push_back(sigma(i, j));
@@ -138,7 +144,7 @@ class Parameters {
             MatrixXd a = MatrixXd::Identity(d, d);
             for (Index e = 0; e < a.size(); ++e) a(e) += 0.5 * normal(random);
             a *= share / a.norm();
-            if (form_ == MrfForm::mmrf) a = (root * a * root).eval();
+            if (form_ == MrfForm::mmrf) a = reference::product(root, a, root);
             for (int i = 0; i < d; ++i) {
                 for (int j = 0; j < d; ++j) x.push_back(a(i, j));
             }
@@ -164,11 +170,8 @@ double mean_over_grid(int side, const std::function<double(double, double)>& f) 
     return sum / (double{1} * side * side);
 }
 
-double log_det(const MatrixXcd& hermitian) {
-    const Eigen::LLT<MatrixXcd> factor(hermitian);
-    double sum = 0.0;
-    for (Index i = 0; i < hermitian.rows(); ++i) sum += 2.0 * std::log(factor.matrixLLT()(i, i).real());
-    return sum;
+MatrixXcd hermitian_part(const MatrixXcd& a) {
+    return 0.5 * (a + a.adjoint());
 }
 
 void expect_moments(const MrfModel& model, const LagCovariance& data, bool full, int side, double tolerance) {
@@ -243,18 +246,18 @@ TEST(MrfLikelihood, FitIsStationaryForAPlainObjective) {
     const VectorXd x = parameters.of(fit.model);
     const auto objective = [&](const VectorXd& at) {
         const MrfModel model = parameters.field(at);
-        const MatrixXd precision = reference::real_matrix(model.noise_covariance, 0, model.planes).inverse();
+        const MatrixXd precision = reference::inverse(reference::noise_covariance(model));
         double f = 0.0;
         for (int i = 0; i < model.planes; ++i) f += precision(i, i) * data(i, i, {});
         for (size_t s = 0; s < support.size(); ++s) {
-            const MatrixXd q = precision * reference::real_matrix(model.coefficients, s, model.planes);
+            const MatrixXd q = reference::product(precision, reference::coefficients(model, s));
             for (int i = 0; i < model.planes; ++i) {
                 for (int j = 0; j < model.planes; ++j) f -= q(i, j) * data(i, j, support[s]);
             }
         }
         return f - mean_over_grid(64, [&](double row, double column) {
                    const MatrixXcd g = reference::inverse_density(model, row, column);
-                   return log_det(0.5 * (g + g.adjoint()));
+                   return reference::log_determinant(hermitian_part(g));
                });
     };
     const double lowest = objective(x);
@@ -400,18 +403,17 @@ TEST(MrfLikelihood, PseudoFieldIsAMinimum) {
                     double trace = 0.0;
                     for (int i = 0; i < 3; ++i) {
                         for (int j = 0; j < 3; ++j) {
-                            const reference::Complex value{folded.rows[m].real(j, i)[n],
-                                                           folded.rows[m].imaginary(j, i)[n]};
+                            const Complex value{folded.rows[m].real(j, i)[n],
+                                                folded.rows[m].imaginary(j, i)[n]};
                             trace += (g(i, j) * value).real();
                         }
                     }
                     f += folded.grid.row_weight[m] * folded.grid.column_weight[n] * trace;
                 }
             }
-            const MatrixXcd sigma =
-                reference::real_matrix(model.noise_covariance, 0, 3).cast<reference::Complex>();
-            return f + log_det(sigma) - mean_over_grid(64, [&](double row, double column) {
-                       return log_det(reference::lambda(model, row, column));
+            const MatrixXcd sigma = reference::noise_covariance(model).cast<Complex>();
+            return f + reference::log_determinant(sigma) - mean_over_grid(64, [&](double row, double column) {
+                       return reference::log_determinant(reference::lambda(model, row, column));
                    });
         };
         const double lowest = objective(x);
@@ -437,10 +439,10 @@ Image draw(const MrfModel& model, int side, unsigned seed) {
     const auto pixels = static_cast<size_t>(side) * static_cast<size_t>(side);
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
-    std::vector<std::vector<reference::Complex>> spectra(static_cast<size_t>(d));
+    std::vector<std::vector<Complex>> spectra(static_cast<size_t>(d));
     Eigen::FFT<double> fft;
-    const auto transform = [&](std::vector<reference::Complex>& values, bool forward) {
-        std::vector<reference::Complex> in(static_cast<size_t>(side)), out;
+    const auto transform = [&](std::vector<Complex>& values, bool forward) {
+        std::vector<Complex> in(static_cast<size_t>(side)), out;
         for (const bool rows : {true, false}) {
             for (size_t line = 0; line < in.size(); ++line) {
                 const size_t first = rows ? line * in.size() : line, step = rows ? 1 : in.size();
@@ -467,7 +469,7 @@ Image draw(const MrfModel& model, int side, unsigned seed) {
             Eigen::VectorXcd y(d);
             for (int i = 0; i < d; ++i) y[i] = spectra[static_cast<size_t>(i)][place];
             // Any root whose value at −ω is the conjugate one will do: the Cholesky factor of S⁻¹.
-            y = Eigen::LLT<MatrixXcd>(0.5 * (inverse + inverse.adjoint())).matrixU().solve(y).eval();
+            y = Eigen::LLT<MatrixXcd>(hermitian_part(inverse)).matrixU().solve(y).eval();
             for (int i = 0; i < d; ++i) spectra[static_cast<size_t>(i)][place] = y[i];
         }
     }
@@ -476,7 +478,7 @@ Image draw(const MrfModel& model, int side, unsigned seed) {
         auto& values = spectra[static_cast<size_t>(p)];
         transform(values, false);
         std::transform(values.begin(), values.end(), image.plane(p).begin(),
-                       [](const reference::Complex& v) { return static_cast<float>(v.real()); });
+                       [](const Complex& v) { return static_cast<float>(v.real()); });
     }
     return image;
 }
@@ -499,13 +501,13 @@ VectorXd standard_errors(const Parameters& parameters, const VectorXd& x, double
     for (int m = 0; m < side; ++m) {
         for (int n = 0; n < side; ++n) {
             const double row = 2.0 * pi * m / side, column = 2.0 * pi * n / side;
-            const MatrixXcd density = reference::inverse_density(centre, row, column).inverse();
+            const MatrixXcd density = reference::inverse(reference::inverse_density(centre, row, column));
             std::vector<MatrixXcd> slopes;
             for (size_t k = 0; k < up.size(); ++k) {
-                slopes.push_back(density *
-                                 (reference::inverse_density(up[k], row, column) -
-                                  reference::inverse_density(down[k], row, column)) /
-                                 (2.0 * h));
+                const MatrixXcd slope = (reference::inverse_density(up[k], row, column) -
+                                         reference::inverse_density(down[k], row, column)) /
+                                        (2.0 * h);
+                slopes.push_back(reference::product(density, slope));
             }
             for (Index a = 0; a < count; ++a) {
                 for (Index b = 0; b < count; ++b) {
@@ -518,7 +520,7 @@ VectorXd standard_errors(const Parameters& parameters, const VectorXd& x, double
         }
     }
     information *= pixels / (side * side);
-    return information.inverse().diagonal().cwiseSqrt();
+    return reference::inverse(information).diagonal().cwiseSqrt();
 }
 
 TEST(MrfLikelihoodLong, KnownFieldComesBackFromASample) {

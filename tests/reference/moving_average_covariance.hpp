@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "btfield/lag_covariance.hpp"
 #include "btfield/models.hpp"
 
@@ -9,29 +7,6 @@ namespace btfield::reference {
 
 /// Covariances of a moving average on the infinite lattice: C(u) = Σ_s A_s Σ_e A_{s+u}ᵀ, by C_ij(u) =
 /// E y_i(r) y_j(r + u).
-inline LagCovariance moving_average_covariance(const LinearField& field, Size lattice, Offset box) {
-    const int d = field.planes;
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    const auto block = [&](std::size_t s) {
-        return Eigen::Map<const Rows>(field.coefficients.data() + static_cast<std::ptrdiff_t>(s) * d * d, d,
-                                      d);
-    };
-    const Eigen::Map<const Rows> noise(field.noise_covariance.data(), d, d);
-    LagCovariance result(d, lattice, box);
-    for (std::size_t s = 0; s < field.offsets.size(); ++s) {
-        const Eigen::MatrixXd coloured = block(s) * noise;
-        for (std::size_t t = 0; t < field.offsets.size(); ++t) {
-            const Offset u = field.offsets[t] - field.offsets[s];
-            if (!result.contains(u) || u < Offset{}) continue;
-            const Eigen::MatrixXd product = coloured * block(t).transpose();
-            for (int i = 0; i < d; ++i) {
-                // At u = 0 an entry and its mirror are one place.
-                for (int j = u == Offset{} ? i : 0; j < d; ++j)
-                    result.set(i, j, u, result(i, j, u) + product(i, j));
-            }
-        }
-    }
-    return result;
-}
+LagCovariance moving_average_covariance(const LinearField& field, Size lattice, Offset box);
 
 }  // namespace btfield::reference

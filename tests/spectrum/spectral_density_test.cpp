@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 
 #include "btfield/error.hpp"
+#include "tests/reference/algebra.hpp"
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
@@ -58,7 +59,7 @@ TEST_P(SpectralDensities, MeansAreTheTraceAndDeterminantOfTheRecursion) {
     // det Σ_Y = det Σ_ε / det Ψ², and ln |det Ψ| is the sum of ln |det Λ_t|.
     const double pixels = static_cast<double>(area(torus));
     const double log_noise = std::log(noise_matrix(field).determinant());
-    const double log_covariance = Eigen::LDLT<Eigen::MatrixXd>(covariance).vectorD().array().log().sum();
+    const double log_covariance = 2.0 * reference::lower_root(covariance).diagonal().array().log().sum();
     EXPECT_NEAR(means.log_determinant, 0.5 * (log_noise - log_covariance / pixels), 1e-11);
 }
 

@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 
 #include "btfield/error.hpp"
 #include "btfield/pyramid.hpp"
+#include "tests/reference/algebra.hpp"
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
@@ -46,7 +47,7 @@ Eigen::MatrixXd expansions(int coarse, int factor, int depth) {
                     factor * w[static_cast<std::size_t>(t + radius)];
             }
         }
-        e = step * e;
+        e = reference::product(step, e);
     }
     return e;
 }
@@ -79,10 +80,10 @@ TEST_P(Theories, AddTheCovariancesOfAllPixelsOfAllLevels) {
             reference::field_covariance(linear_field(level.models.front()), level.size);
         for (int i = 0; i < planes; ++i) {
             for (int j = 0; j < planes; ++j) {
+                const Eigen::MatrixXd block =
+                    covariance.block(i * level_pixels, j * level_pixels, level_pixels, level_pixels);
                 total.block(i * pixels, j * pixels, pixels, pixels) +=
-                    level.gain * level.gain * expand *
-                    covariance.block(i * level_pixels, j * level_pixels, level_pixels, level_pixels) *
-                    expand.transpose();
+                    level.gain * level.gain * reference::congruent(expand, block);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/reference/algebra.hpp"
 #include "tests/reference/plane_restorer.hpp"
 
 namespace btfield {
@@ -25,7 +26,7 @@ SpectralBasis random_basis(int rank, int planes) {
     std::normal_distribution<double> normal;
     Eigen::MatrixXd values(planes, planes);
     for (Eigen::Index k = 0; k < values.size(); ++k) values(k) = normal(generator);
-    const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(values).householderQ();
+    const Eigen::MatrixXd q = reference::orthogonal_factor(values);
     SpectralBasis basis;
     basis.planes = planes;
     basis.rank = rank;

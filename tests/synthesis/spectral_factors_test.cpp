@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
+#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -12,6 +12,7 @@
 #include "btfield/error.hpp"
 #include "btfield/neighbourhood.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/reference/algebra.hpp"
 #include "tests/reference/noise.hpp"
 #include "tests/reference/spectral_factor.hpp"
 
@@ -52,7 +53,7 @@ LinearField random_field(int planes, std::vector<Offset> offsets, double strengt
     Eigen::MatrixXd root = Eigen::MatrixXd::Identity(planes, planes);
     for (Eigen::Index i = 0; i < planes; ++i)
         for (Eigen::Index j = 0; j < planes; ++j) root(i, j) += 0.9 * uniform(generator) / std::sqrt(planes);
-    const Eigen::MatrixXd covariance = root * root.transpose();
+    const Eigen::MatrixXd covariance = reference::product(root, Eigen::MatrixXd(root.transpose()));
     for (Eigen::Index i = 0; i < planes; ++i)
         for (Eigen::Index j = 0; j < planes; ++j) field.noise_covariance.push_back(covariance(i, j));
     return field;
@@ -63,16 +64,12 @@ LinearField random_field(int planes, std::vector<Offset> offsets, double strengt
 LinearField ill_conditioned_field(const std::vector<double>& sums) {
     const int d = static_cast<int>(sums.size());
     LinearField field = random_field(d, neighbourhood(2, NeighbourhoodKind::causal));
-    const Eigen::MatrixXd basis =
-        Eigen::HouseholderQR<Eigen::MatrixXd>(
-            Eigen::MatrixXd::NullaryExpr(d, d,
-                                         [](Eigen::Index i, Eigen::Index j) {
-                                             return std::sin(1.0 + 2.0 * static_cast<double>(i * 7 + j));
-                                         }))
-            .householderQ();
+    Eigen::MatrixXd waves(d, d);
+    for (int i = 0; i < d; ++i)
+        for (int j = 0; j < d; ++j) waves(i, j) = std::sin(1.0 + 2.0 * static_cast<double>(i * 7 + j));
     Eigen::VectorXd diagonal(d);
     for (int i = 0; i < d; ++i) diagonal(i) = sums[static_cast<std::size_t>(i)];
-    const Eigen::MatrixXd total = basis * diagonal.asDiagonal() * basis.transpose();
+    const Eigen::MatrixXd total = reference::with_eigenvalues(reference::orthogonal_factor(waves), diagonal);
     // A causal combination with weights of both signs that add up to 1.
     const double weights[] = {-0.4, 0.7, -0.1, 0.8};
     for (std::size_t s = 0; s < field.offsets.size(); ++s)
@@ -111,7 +108,7 @@ Expected expected_factor(const LinearField& field, Size lattice, double scale, i
     }
     magnitude += total.cwiseAbs();
     const Eigen::VectorXd singular =
-        reference::transfer_matrix(field, lattice, kx, ky).jacobiSvd().singularValues();
+        reference::singular_values(reference::transfer_matrix(field, lattice, kx, ky));
     Expected result;
     result.factor = reference::spectral_factor(field, lattice, scale, kx, ky);
     result.condition = singular(0) / singular(d - 1);
@@ -216,9 +213,10 @@ void check_draw(Device& device, const LinearField& field, Size lattice, double m
                 z(j) = reference::spectral_noise(seeds[b], level, j, lattice, kx, ky);
                 dz(j) = draw_bound(z(j));
             }
-            const Eigen::VectorXcd y = expected.factor * z;
-            const Eigen::VectorXd sums = expected.factor.cwiseAbs() * z.cwiseAbs();
-            const Eigen::VectorXd moved = expected.factor.cwiseAbs() * dz;
+            const Eigen::VectorXcd y = reference::product(expected.factor, z);
+            const Eigen::MatrixXd magnitude = expected.factor.cwiseAbs();
+            const Eigen::VectorXd sums = reference::product(magnitude, Eigen::VectorXd(z.cwiseAbs()));
+            const Eigen::VectorXd moved = reference::product(magnitude, dz);
             for (int i = 0; i < d; ++i) {
                 const double mu = kx == 0 && ky == 0 ? mean[static_cast<std::size_t>(i)] : 0.0;
                 // Factor, draws, d complex products, and the sum with the mean.
@@ -360,7 +358,7 @@ TEST_F(SpectralFactorsNative, FilterTakesAnySpectrumAndAddsTheMean) {
                 for (int b = 0; b < batch; ++b) {
                     Eigen::VectorXcd x(3);
                     for (int j = 0; j < 3; ++j) x(j) = in.value(3 * b + j, kx, ky);
-                    const Eigen::VectorXcd y = expected.factor * x;
+                    const Eigen::VectorXcd y = reference::product(expected.factor, x);
                     for (int i = 0; i < 3; ++i) {
                         const double mu = kx == 0 && ky == 0 ? mean[static_cast<std::size_t>(i)] : 0.0;
                         EXPECT_LE(std::abs(found.value(3 * b + i, kx, ky) - y(i) - mu),

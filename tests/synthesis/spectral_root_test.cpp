@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
+#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -13,7 +14,8 @@
 
 #include "btfield/neighbourhood.hpp"
 #include "tests/device_cases.hpp"
-#include "tests/reference/spectral_root.hpp"
+#include "tests/reference/algebra.hpp"
+#include "tests/reference/spectral_factor.hpp"
 
 namespace btfield {
 namespace {
@@ -44,7 +46,7 @@ MatrixXcd random_matrix(Index d) {
 }
 
 MatrixXcd random_unitary(Index d) {
-    return Eigen::HouseholderQR<MatrixXcd>(random_matrix(d)).householderQ();
+    return reference::unitary_factor(random_matrix(d));
 }
 
 /// Eigenvalues from 1 down to 1/condition: graded, one small, one large, random, evenly spaced.
@@ -110,10 +112,8 @@ Matrices hermitian_matrices(Index d, std::size_t count, double condition) {
     Matrices result(d, count);
     for (std::size_t n = 0; n < count; ++n) {
         MatrixXcd basis = random_unitary(d);
-        if (n % 3 == 2)
-            basis = MatrixXcd(
-                Eigen::HouseholderQR<MatrixXcd>(MatrixXcd::Identity(d, d) + 1e-3 * basis).householderQ());
-        result.set(n, basis * spectrum(d, condition, static_cast<int>(n)).asDiagonal() * basis.adjoint());
+        if (n % 3 == 2) basis = reference::unitary_factor(MatrixXcd::Identity(d, d) + 1e-3 * basis);
+        result.set(n, reference::with_eigenvalues(basis, spectrum(d, condition, static_cast<int>(n))));
     }
     return result;
 }
@@ -137,8 +137,8 @@ void spoil_upper_triangle(Matrices& m) {
 
 /// Symmetric positive definite with this condition.
 MatrixXd noise_root(Index d, double condition) {
-    const MatrixXd basis = Eigen::HouseholderQR<MatrixXd>(random_matrix(d).real()).householderQ();
-    MatrixXd root = basis * spectrum(d, std::sqrt(condition), 0).asDiagonal() * basis.transpose();
+    const MatrixXd basis = reference::orthogonal_factor(random_matrix(d).real());
+    MatrixXd root = reference::with_eigenvalues(basis, spectrum(d, std::sqrt(condition), 0));
     root = (0.5 * (root + root.transpose())).eval();
     return root.cast<float>().cast<double>();
 }
@@ -271,7 +271,7 @@ TEST_P(SpectralRootWidths, SolvesMatchFloat64) {
             for (std::size_t n = 0; n < m.count; ++n)
                 m.set(n, random_unitary(d) * spectrum(d, condition, static_cast<int>(n)).asDiagonal() *
                              random_unitary(d));
-            const MatrixXd right = noise_root(d, 10.0).llt().matrixL();
+            const MatrixXd right = reference::lower_root(noise_root(d, 10.0));
             const MatrixXd rounded = right.cast<float>().cast<double>();
             const Matrices found = with_right_side(device_, "general_solves", m, rounded);
             // Elimination in float32: d·u·cond, squared by the refinement; and the last additions.
@@ -280,7 +280,7 @@ TEST_P(SpectralRootWidths, SolvesMatchFloat64) {
             double worst = 0.0;
             for (std::size_t n = 0; n < m.count; ++n)
                 worst =
-                    std::max(worst, error(found.get(n), m.get(n).fullPivLu().solve(rounded.cast<Complex>())));
+                    std::max(worst, error(found.get(n), reference::solution(m.get(n), MatrixXcd(rounded))));
             EXPECT_LE(worst, condition <= 1e4 ? std::min(bound, promise) : bound)
                 << d << " planes, condition " << condition;
         }
@@ -417,7 +417,7 @@ TEST_P(SpectralRootWidths, WhatIsNotPositiveDefiniteHasNoRoot) {
             VectorXd values = spectrum(d, 10.0, 0);
             values[0] = -0.5;
             const MatrixXcd basis = random_unitary(d);
-            m.set(n, basis * values.asDiagonal() * basis.adjoint());
+            m.set(n, reference::with_eigenvalues(basis, values));
         }
         const Roots after = hermitian_roots(device_, m);
         for (std::size_t n = 0; n < m.count; ++n) {
