@@ -1,7 +1,11 @@
 // Completion scripts in real shells: keys are typed on a terminal, and what the shell then runs is looked at.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <utility>

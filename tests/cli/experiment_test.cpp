@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -17,6 +19,7 @@
 #include <vector>
 
 #include "tests/experiment_cases.hpp"
+#include "tests/json_text.hpp"
 #include "tests/run_program.hpp"
 
 namespace btfield {
@@ -82,7 +85,7 @@ TEST(CliExperiment, RunTableMergeReport) {
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();
     const Ended run = run_program(experiment({"run", config, "--out", database, "--json"}));
     ASSERT_EQ(run.code, 0) << run.err;
-    const json object = json::parse(run.out);
+    const json object = test::parsed(run.out);
     EXPECT_EQ(object["jobs"], small_jobs);
     EXPECT_EQ(object["done"], small_jobs);
     EXPECT_EQ(object["failed"], 0);
@@ -95,13 +98,13 @@ TEST(CliExperiment, RunTableMergeReport) {
         EXPECT_NE(table.out.find(format == std::string("csv") ? "3d-car" : "3D CAR"), std::string::npos)
             << table.out;
     }
-    const json tables = json::parse(run_program(experiment({"table", database, "--json"})).out);
+    const json tables = test::parsed(run_program(experiment({"table", database, "--json"})).out);
     EXPECT_EQ(tables["tables"].size(), 1U);
     EXPECT_EQ(tables["tables"][0]["models"].size(), 2U);
 
     const std::string merged = (folder / "m.db").string();
     const json merge =
-        json::parse(run_program(experiment({"merge", database, "--out", merged, "--json"})).out);
+        test::parsed(run_program(experiment({"merge", database, "--out", merged, "--json"})).out);
     EXPECT_EQ(merge["jobs"], small_jobs);
     const std::string page = (folder / "p.html").string();
     EXPECT_EQ(run_program(experiment({"report", merged, "--out", page})).code, 0);
@@ -253,9 +256,9 @@ TEST(CliExperimentLong, CommittedExperiment) {
     const Ended run = run_program(
         experiment({"run", config, "--out", database, "--synth-out", (folder / "best").string(), "--json"}));
     ASSERT_EQ(run.code, 0) << run.err;
-    const json object = json::parse(run.out);
+    const json object = test::parsed(run.out);
     EXPECT_EQ(object["failed"], 0);
-    const json table = json::parse(run_program(experiment({"table", database, "--json"})).out)["tables"][0];
+    const json table = test::parsed(run_program(experiment({"table", database, "--json"})).out)["tables"][0];
     EXPECT_EQ(table["models"].size(), 10U);
     for (const json& row : table["models"]) {
         for (const json& cell : row["materials"]) {
@@ -294,10 +297,10 @@ TEST(CliExperiment, TwoRanks) {
     ASSERT_EQ(run_program(experiment({"run", config, "--out", one})).code, 0);
     const Ended run = run_program(ranks(2, experiment({"run", config, "--out", two, "--json"})));
     ASSERT_EQ(run.code, 0) << run.err;
-    EXPECT_EQ(json::parse(run.out)["done"], small_jobs) << run.out;  // one object: rank 0's
+    EXPECT_EQ(test::parsed(run.out)["done"], small_jobs) << run.out;  // one object: rank 0's
     EXPECT_EQ(comparable_rows(two), comparable_rows(one));
     const Ended again = run_program(ranks(2, experiment({"run", config, "--out", two, "--json"})));
-    EXPECT_EQ(json::parse(again.out)["skipped"], small_jobs);
+    EXPECT_EQ(test::parsed(again.out)["skipped"], small_jobs);
 
     const Ended wrong =
         run_program(ranks(2, experiment({"run", (folder / "absent.json").string(), "--out", two})));

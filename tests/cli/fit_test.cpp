@@ -11,6 +11,7 @@
 
 #include "btfield/model_file.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/json_text.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -123,7 +124,7 @@ TEST(CliFit, ModelsThatDoNotCertify) {
     EXPECT_EQ(fitted.err.rfind("btfield: warning: ", 0), 0U) << fitted.err;
     EXPECT_EQ(std::count(fitted.err.begin(), fitted.err.end(), '\n'), 1) << fitted.err;
     EXPECT_NE(fitted.err.find("--allow-invalid"), std::string::npos) << fitted.err;
-    const json object = json::parse(fitted.out);
+    const json object = test::parsed(fitted.out);
     EXPECT_EQ(object["levels"][0]["certificate"]["valid"], false);
     EXPECT_TRUE(object["levels"][0]["log_likelihood"].is_null());
 
@@ -143,7 +144,7 @@ TEST(CliFit, CorrelatedNeighbourhood) {
                                   "correlated:7", "--levels", "2", "--json"},
                                  here);
     ASSERT_EQ(fitted.code, 0) << fitted.err;
-    const json object = json::parse(fitted.out);
+    const json object = test::parsed(fitted.out);
     for (const json& level : object["levels"]) {
         EXPECT_EQ(level["offsets"], 7);
         EXPECT_EQ(level["neighbourhood"], "custom");

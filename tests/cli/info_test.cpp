@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tests/cli_cases.hpp"
+#include "tests/json_text.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -26,7 +27,7 @@ TEST(CliInfo, SaysWhatWasChosenAndWhy) {
                                   "--levels", "auto", "--order", "auto", "--json"},
                                  here);
     ASSERT_EQ(fitted.code, 0) << fitted.err;
-    const json object = json::parse(fitted.out);
+    const json object = test::parsed(fitted.out);
     ASSERT_EQ(object["reasons"].size(), 3U) << object;
     const auto reason = [&](size_t k) { return object["reasons"][k].get<std::string>(); };
     EXPECT_EQ(reason(0).rfind("model kappa(256) ", 0), 0U) << reason(0);
@@ -39,7 +40,7 @@ TEST(CliInfo, SaysWhatWasChosenAndWhy) {
     for (size_t k = 0; k < 3; ++k) EXPECT_NE(text.out.find(reason(k)), std::string::npos) << text.out;
     const Ended info = btfield({"info", "m.json", "--json"}, here);
     ASSERT_EQ(info.code, 0) << info.err;
-    EXPECT_EQ(json::parse(info.out)["reasons"], object["reasons"]);
+    EXPECT_EQ(test::parsed(info.out)["reasons"], object["reasons"]);
 }
 
 }  // namespace

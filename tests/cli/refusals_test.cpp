@@ -12,6 +12,7 @@
 #include "btfield/model_file.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/example_model.hpp"
+#include "tests/json_text.hpp"
 #include "tests/picture_files.hpp"
 #include "tests/run_program.hpp"
 #include "tests/temporary_folder.hpp"
@@ -71,10 +72,10 @@ TEST(CliRefusals, BadModels) {
     const Surroundings here{.folder = folder.path().string()};
     put_model(folder / "good.btfm");
     const std::string text = to_json(test::example_model());
-    json value = json::parse(text);
+    json value = test::parsed(text);
     value["levels"][0]["models"][0]["coefficients"].erase(0);
     put_bytes(folder / "count.json", value.dump());
-    value = json::parse(text);
+    value = test::parsed(text);
     value["version"] = {2, 0};
     put_bytes(folder / "newer.json", value.dump());
     put_bytes(folder / "empty.json", "");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -11,6 +12,7 @@
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/jobs.hpp"
 #include "tests/experiment_cases.hpp"
+#include "tests/json_text.hpp"
 
 namespace btfield {
 
@@ -23,7 +25,7 @@ using test::put_bytes;
 using test::TemporaryFolder;
 
 json good() {
-    return json::parse(R"json({
+    return test::parsed(R"json({
         "name": "n", "pictures": [{"material": "m", "files": ["*.ppm"], "crop": [1, 2, 3, 4], "white": 2.5}],
         "models": ["3d-car"], "orders": [2, 1], "levels": [1, 0], "estimators": ["ls", "auto", "ml"],
         "marginals": ["none", "match"], "seeds": [3, 9223372036854775807], "factor": 3, "noise": "diagonal",
@@ -138,7 +140,7 @@ TEST(ExperimentConfig, NoJson) {
 
 /// The published schema and the reader know the same keys: the reader lists its own when it meets another.
 TEST(ExperimentConfig, SchemaFileAgrees) {
-    const json schema = json::parse(test::bytes_of(BTFIELD_SOURCE_DIR "/docs/experiment.schema.json"));
+    const json schema = test::parsed(test::bytes_of(BTFIELD_SOURCE_DIR "/docs/experiment.schema.json"));
     const auto keys_of_reader = [](const json& document) {
         const std::string said = refusal(document);
         const std::string start = "(known: ";

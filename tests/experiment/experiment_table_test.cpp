@@ -17,6 +17,7 @@
 #include "host/experiment/results_database.hpp"
 #include "host/experiment/thumbnail.hpp"
 #include "tests/experiment_cases.hpp"
+#include "tests/json_text.hpp"
 #include "tests/run_program.hpp"
 
 namespace btfield {
@@ -256,7 +257,7 @@ document.body.append(measured);
         return {};
     }
     const std::size_t begin = from + start.size();
-    return nlohmann::json::parse(ended.out.substr(begin, ended.out.find("</pre>", begin) - begin));
+    return test::parsed(ended.out.substr(begin, ended.out.find("</pre>", begin) - begin));
 }
 
 TEST(ExperimentTableLong, PageInABrowser) {

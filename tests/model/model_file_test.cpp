@@ -14,6 +14,7 @@
 #include "btfield/error.hpp"
 #include "tests/example_model.hpp"
 #include "tests/full_disk.hpp"
+#include "tests/json_text.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -104,7 +105,7 @@ void expect_refused(const std::string& text, const std::string& part) {
 }
 
 json example_json() {
-    return json::parse(to_json(example_model()));
+    return test::parsed(to_json(example_model()));
 }
 
 std::vector<TextureModel> many_models() {
@@ -146,7 +147,7 @@ TEST(ModelFile, RoundTripsEveryKindWithAndWithoutMarginals) {
 
 TEST(ModelFile, RefusesBasesAndMarginalsThatAreNone) {
     const json good =
-        json::parse(to_json(example_model(ModelKind::car2d, 3, 1, NoiseForm::full, false, true)));
+        test::parsed(to_json(example_model(ModelKind::car2d, 3, 1, NoiseForm::full, false, true)));
     const auto spoilt = [&](const std::function<void(json&)>& spoil) {
         json value = good;
         spoil(value);
@@ -166,7 +167,7 @@ TEST(ModelFile, RefusesBasesAndMarginalsThatAreNone) {
 
 TEST(ModelFile, RefusesCoefficientsThatAreNotMarkov) {
     for (const ModelKind kind : {ModelKind::mmrf3d, ModelKind::pmrf3d}) {
-        json value = json::parse(to_json(example_model(kind)));
+        json value = test::parsed(to_json(example_model(kind)));
         value["levels"][0]["models"][0]["coefficients"][1] = 0.01;
         expect_refused(value.dump(), "Markov");
     }
@@ -220,7 +221,7 @@ TEST(ModelFile, UndefinedNumbersOfAFailedCertificateAreNull) {
     TextureModel model = example_model();
     model.levels[0].certificate = {false, 0.0, 7, {nan, 12.5}};
     model.levels[0].log_likelihood = nan;
-    const json level = json::parse(to_json(model))["levels"][0];
+    const json level = test::parsed(to_json(model))["levels"][0];
     EXPECT_TRUE(level["log_likelihood"].is_null());
     EXPECT_TRUE(level["certificate"]["variance_ratio"][0].is_null());
     const TemporaryFolder folder;
@@ -240,7 +241,7 @@ TEST(ModelFile, BothFormsHoldTheSameSchema) {
     write_model(folder / "m.json", model);
     write_model(folder / "m.btfm", model);
     const std::string text = bytes_of(folder / "m.json"), binary = bytes_of(folder / "m.btfm");
-    EXPECT_EQ(json::parse(text), json::from_cbor(binary));
+    EXPECT_EQ(test::parsed(text), json::from_cbor(binary));
     EXPECT_LT(binary.size(), text.size());
     EXPECT_EQ(folder.names(), (std::vector<std::string>{"m.btfm", "m.json"}));
 }
@@ -444,7 +445,7 @@ TEST(ModelFile, RefusesWrongNumbers) {
     spoil("/levels/0/certificate/min_singular", nullptr, "singular");
     spoil("/levels/0/certificate/zeros", -1, "zeros");
     spoil("/provenance/picture_bytes", -1, "picture_bytes");
-    json per_pair = json::parse(to_json(example_model(ModelKind::car3d, 2, 1, NoiseForm::full, true)));
+    json per_pair = test::parsed(to_json(example_model(ModelKind::car3d, 2, 1, NoiseForm::full, true)));
     for (const json& wrong : {json::array(), json(nullptr), json::array({1}), json(1)}) {
         json value = per_pair;
         value["levels"][0]["models"][0]["active"] = wrong;
