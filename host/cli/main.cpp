@@ -85,40 +85,43 @@ int device_failure(const btfield::DeviceError& error, bool verbose) {
     return device_failed;
 }
 
+/// Options and commands; a command that is asked for puts its work into the action.
+void describe(CLI::App& app, cli::Action& action, bool& verbose) {
+    app.formatter(std::make_shared<cli::HelpFormatter>());
+    app.set_help_flag("-h,--help", "print this text");
+    app.set_version_flag("--version", "btfield " BTFIELD_VERSION, "print the version")->group(cli::general);
+    app.add_flag("--verbose", verbose, "show the build log when a kernel does not compile")
+        ->group(cli::general);
+    app.require_subcommand(1);
+    cli::set_guide(app, {.usual = {{"btfield fit cork.png -o cork.json"},
+                                   {"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
+                                   {"btfield compare cork.png cork-4x.png"}},
+                         .notes = {"'btfield COMMAND --help' shows the options of a command.",
+                                   "Exit codes: 0 done, 1 the request cannot be met, 2 wrong usage, 3 device "
+                                   "failure.",
+                                   "Environment: BTFIELD_DEVICE, the device where --device names none; "
+                                   "BTFIELD_CACHE_DIR, where built kernels are kept (default: "
+                                   "btfield in XDG_CACHE_HOME, or in ~/.cache)."}});
+    cli::add_fit(app, action);
+    cli::add_synth(app, action);
+    cli::add_info(app, action);
+    cli::add_compare(app, action);
+    cli::add_kappa(app, action);
+    cli::add_memd(app, action);
+    cli::add_experiment(app, action);
+    cli::add_devices(app, action);
+    cli::add_completion(app, action);
+    cli::add_manual(app, action);
+    cli::add_help(app, action);
+    for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
+}
+
 int run(int argc, char** argv) {
     CLI::App app("fit random-field models to pictures of materials, grow new texture from them", "btfield");
     cli::Action action;
     bool verbose = false;
     try {
-        app.formatter(std::make_shared<cli::HelpFormatter>());
-        app.set_help_flag("-h,--help", "print this text");
-        app.set_version_flag("--version", "btfield " BTFIELD_VERSION, "print the version")
-            ->group(cli::general);
-        app.add_flag("--verbose", verbose, "show the build log when a kernel does not compile")
-            ->group(cli::general);
-        app.require_subcommand(1);
-        cli::set_guide(app,
-                       {.usual = {{"btfield fit cork.png -o cork.json"},
-                                  {"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
-                                  {"btfield compare cork.png cork-4x.png"}},
-                        .notes = {"'btfield COMMAND --help' shows the options of a command.",
-                                  "Exit codes: 0 done, 1 the request cannot be met, 2 wrong usage, 3 device "
-                                  "failure.",
-                                  "Environment: BTFIELD_DEVICE, the device where --device names none; "
-                                  "BTFIELD_CACHE_DIR, where built kernels are kept (default: "
-                                  "btfield in XDG_CACHE_HOME, or in ~/.cache)."}});
-        cli::add_fit(app, action);
-        cli::add_synth(app, action);
-        cli::add_info(app, action);
-        cli::add_compare(app, action);
-        cli::add_kappa(app, action);
-        cli::add_memd(app, action);
-        cli::add_experiment(app, action);
-        cli::add_devices(app, action);
-        cli::add_completion(app, action);
-        cli::add_manual(app, action);
-        cli::add_help(app, action);
-        for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
+        describe(app, action, verbose);
         try {
             app.parse(argc, argv);
         } catch (const CLI::Success& request) {  // --help, --version

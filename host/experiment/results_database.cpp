@@ -67,6 +67,74 @@ const char* const best_jobs = R"sql(
         FROM jobs WHERE status = 'done' AND picture = ?)
     WHERE place = 1)sql";
 
+void add_facts(Connection& connection, const PictureFacts& facts) {
+    Statement(connection, "INSERT OR REPLACE INTO pictures VALUES (?, ?, ?, ?, ?)")
+        .bind(facts.picture)
+        .bind_number(facts.size.width)
+        .bind_number(facts.size.height)
+        .bind_number(facts.planes)
+        .bind(facts.kappa)
+        .run();
+}
+
+void add_jobs(Connection& connection, const std::vector<JobResult>& results) {
+    Statement forget(connection, "DELETE FROM jobs WHERE key = ? AND status = 'failed'");
+    Statement insert(
+        connection,
+        "INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+        "?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    for (const JobResult& result : results) {
+        forget.bind(result.key).run();
+        const JobSettings& settings = result.settings;
+        insert.bind(result.key)
+            .bind(result.picture)
+            .bind(name(settings.model))
+            .bind_number(settings.order)
+            .bind_number(settings.levels)
+            .bind(name(settings.estimator))
+            .bind(name(settings.marginals))
+            .bind(result.metric)
+            .bind_number(static_cast<std::int64_t>(settings.seed))
+            .bind(result.settings_text)
+            .bind(name(result.status))
+            .bind(result.reason)
+            .bind(result.valid)
+            .bind(result.min_singular)
+            .bind(result.zeros)
+            .bind(result.lowest_ratio)
+            .bind(result.highest_ratio)
+            .bind(result.estimators)
+            .bind(result.fitted_levels)
+            .bind(result.parameters)
+            .bind(result.memd)
+            .bind(result.memd_star)
+            .bind(result.variance_ratio)
+            .bind(result.lag_covariance_error)
+            .bind(result.spectral_covariance_error)
+            .bind(result.clamped_pixels)
+            .bind(result.fit_seconds)
+            .bind(result.synthesis_seconds)
+            .bind(result.memd_seconds)
+            .bind(now())
+            .bind(result.device)
+            .bind("btfield " BTFIELD_VERSION)
+            .run();
+    }
+}
+
+void add_textures(Connection& connection, const std::vector<KeptTexture>& textures) {
+    Statement keep(connection, "INSERT OR REPLACE INTO textures VALUES (?, ?, ?, ?, ?, ?)");
+    for (const KeptTexture& kept : textures) {
+        keep.bind(kept.picture)
+            .bind(kept.model)
+            .bind(kept.marginals)
+            .bind(kept.metric)
+            .bind(kept.key)
+            .bind(kept.file)
+            .run();
+    }
+}
+
 }  // namespace
 
 void check_results(Connection& connection) {
@@ -151,67 +219,9 @@ void ResultsDatabase::add(const std::vector<PictureSource>& sources) {
 
 void ResultsDatabase::add(const WorkReport& report) {
     Transaction transaction(connection_);
-    if (report.facts) {
-        Statement(connection_, "INSERT OR REPLACE INTO pictures VALUES (?, ?, ?, ?, ?)")
-            .bind(report.facts->picture)
-            .bind_number(report.facts->size.width)
-            .bind_number(report.facts->size.height)
-            .bind_number(report.facts->planes)
-            .bind(report.facts->kappa)
-            .run();
-    }
-    Statement forget(connection_, "DELETE FROM jobs WHERE key = ? AND status = 'failed'");
-    Statement insert(
-        connection_,
-        "INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
-        "?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    for (const JobResult& result : report.results) {
-        forget.bind(result.key).run();
-        const JobSettings& settings = result.settings;
-        insert.bind(result.key)
-            .bind(result.picture)
-            .bind(name(settings.model))
-            .bind_number(settings.order)
-            .bind_number(settings.levels)
-            .bind(name(settings.estimator))
-            .bind(name(settings.marginals))
-            .bind(result.metric)
-            .bind_number(static_cast<std::int64_t>(settings.seed))
-            .bind(result.settings_text)
-            .bind(name(result.status))
-            .bind(result.reason)
-            .bind(result.valid)
-            .bind(result.min_singular)
-            .bind(result.zeros)
-            .bind(result.lowest_ratio)
-            .bind(result.highest_ratio)
-            .bind(result.estimators)
-            .bind(result.fitted_levels)
-            .bind(result.parameters)
-            .bind(result.memd)
-            .bind(result.memd_star)
-            .bind(result.variance_ratio)
-            .bind(result.lag_covariance_error)
-            .bind(result.spectral_covariance_error)
-            .bind(result.clamped_pixels)
-            .bind(result.fit_seconds)
-            .bind(result.synthesis_seconds)
-            .bind(result.memd_seconds)
-            .bind(now())
-            .bind(result.device)
-            .bind("btfield " BTFIELD_VERSION)
-            .run();
-    }
-    Statement keep(connection_, "INSERT OR REPLACE INTO textures VALUES (?, ?, ?, ?, ?, ?)");
-    for (const KeptTexture& kept : report.kept) {
-        keep.bind(kept.picture)
-            .bind(kept.model)
-            .bind(kept.marginals)
-            .bind(kept.metric)
-            .bind(kept.key)
-            .bind(kept.file)
-            .run();
-    }
+    if (report.facts) add_facts(connection_, *report.facts);
+    add_jobs(connection_, report.results);
+    add_textures(connection_, report.kept);
     transaction.commit();
 }
 

@@ -73,17 +73,22 @@ struct Samples {
     std::vector<std::uint16_t> values;  ///< [row][column][plane] of the crop
 };
 
-Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Crop& crop,
-               const std::string& asked) {
-    const char kind = bytes[1];
-    const bool bitmap = kind == '1' || kind == '4';
-    const bool raw = kind >= '4';
-    Scanner scanner(bytes, asked);
+/// P1, P4: bits. P4, P5, P6: raw.
+struct Kind {
+    explicit Kind(char digit)
+        : bitmap(digit == '1' || digit == '4'),
+          raw(digit >= '4'),
+          planes(digit == '3' || digit == '6' ? 3 : 1) {}
+    bool bitmap, raw;
+    int planes;
+};
+
+Samples decode_header(Scanner& scanner, Kind kind, const std::string& asked) {
     Samples samples;
-    samples.planes = kind == '3' || kind == '6' ? 3 : 1;
+    samples.planes = kind.planes;
     samples.size.width = scanner.number("its width");
     samples.size.height = scanner.number("its height");
-    samples.maximum = bitmap ? 1 : scanner.number("its maximum");
+    samples.maximum = kind.bitmap ? 1 : scanner.number("its maximum");
     if (samples.size.width < 1 || samples.size.height < 1) {
         throw InputError(asked, "its header says that there are no pixels", use_a_complete_file);
     }
@@ -91,14 +96,29 @@ Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Cr
         throw InputError(asked, "its maximum is " + std::to_string(samples.maximum),
                          "give a file with 1 to 65535");
     }
+    return samples;
+}
+
+/// Value i of a raw row.
+int raw_value(const char* row, std::size_t i, Kind kind, std::size_t value_bytes) {
+    const auto byte = [&](std::size_t k) { return static_cast<int>(static_cast<unsigned char>(row[k])); };
+    if (kind.bitmap) return byte(i / 8) >> (7 - i % 8) & 1;
+    return value_bytes == 1 ? byte(i) : byte(2 * i) * 256 + byte(2 * i + 1);
+}
+
+Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Crop& crop,
+               const std::string& asked) {
+    const Kind kind(bytes[1]);
+    Scanner scanner(bytes, asked);
+    Samples samples = decode_header(scanner, kind, asked);
     crop = checked_crop(asked_crop, samples.size, asked);
 
     const auto planes = static_cast<std::size_t>(samples.planes);
     const auto row_values = static_cast<std::size_t>(samples.size.width) * planes;
     const std::size_t value_bytes = samples.maximum > 255 ? 2 : 1;
-    const std::size_t row_bytes = kind == '4' ? (row_values + 7) / 8 : row_values * value_bytes;
+    const std::size_t row_bytes = kind.raw && kind.bitmap ? (row_values + 7) / 8 : row_values * value_bytes;
     const auto rows = static_cast<std::size_t>(samples.size.height);
-    const std::string_view pixels = raw ? scanner.rest() : bytes;
+    const std::string_view pixels = kind.raw ? scanner.rest() : bytes;
     // A value in text takes at least one byte, so this also stops a header that claims more than there is.
     if (row_bytes > pixels.size() / rows) {
         throw InputError(asked,
@@ -110,25 +130,17 @@ Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Cr
     const auto first = static_cast<std::size_t>(crop.x) * planes;
     const auto count = static_cast<std::size_t>(crop.width) * planes;
     samples.values.reserve(count * static_cast<std::size_t>(crop.height));
-    const auto at = [&](std::size_t row, std::size_t i) -> int {
-        const char* line = pixels.data() + row * row_bytes;
-        const auto byte = [&](std::size_t k) {
-            return static_cast<int>(static_cast<unsigned char>(line[k]));
-        };
-        if (kind == '4') return byte(i / 8) >> (7 - i % 8) & 1;
-        return value_bytes == 1 ? byte(i) : byte(2 * i) * 256 + byte(2 * i + 1);
-    };
     for (std::size_t row = 0; row < rows; ++row) {
         const bool wanted = static_cast<int>(row) >= crop.y && static_cast<int>(row) < crop.y + crop.height;
-        if (raw && !wanted) continue;
+        if (kind.raw && !wanted) continue;
         for (std::size_t i = 0; i < row_values; ++i) {
             const bool inside = wanted && i >= first && i < first + count;
-            if (raw && !inside) continue;
+            if (kind.raw && !inside) continue;
             int value = 0;
-            if (raw) {
-                value = at(row, i);
+            if (kind.raw) {
+                value = raw_value(pixels.data() + row * row_bytes, i, kind, value_bytes);
             } else {
-                value = bitmap ? scanner.digit("its pixel data") : scanner.number("its pixel data");
+                value = kind.bitmap ? scanner.digit("its pixel data") : scanner.number("its pixel data");
             }
             if (value > samples.maximum) {
                 throw InputError(asked,
@@ -136,7 +148,9 @@ Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Cr
                                      std::to_string(samples.maximum),
                                  use_a_complete_file);
             }
-            if (inside) samples.values.push_back(static_cast<std::uint16_t>(bitmap ? 1 - value : value));
+            if (inside) {
+                samples.values.push_back(static_cast<std::uint16_t>(kind.bitmap ? 1 - value : value));
+            }
         }
     }
     return samples;

@@ -160,11 +160,50 @@ void read_rows(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, Crop crop,
     }
 }
 
+/// Type, planes and alpha of the crop; alpha stands beside the planes.
+Picture read_crop(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, PictureFormat format, Crop crop,
+                  const std::string& asked) {
+    Picture picture;
+    picture.type = type_of(spec);
+    const int alpha = spec.nchannels > 1 ? spec.alpha_channel : -1;
+    std::vector<int> planes;
+    for (int c = 0; c < spec.nchannels; ++c) {
+        if (c != alpha) planes.push_back(c);
+    }
+    try {
+        picture.image = Image({crop.height, crop.width}, static_cast<int>(planes.size()),
+                              space_of(spec, format, picture.type, planes));
+        std::vector<Sink> sinks;
+        for (std::size_t p = 0; p < planes.size(); ++p) {
+            sinks.push_back({planes[p], picture.image.plane(static_cast<int>(p))});
+        }
+        if (alpha >= 0) {
+            picture.alpha.resize(area(picture.image.size()));
+            sinks.push_back({alpha, picture.alpha});
+        }
+        switch (picture.type) {
+            case PixelType::uint8:
+                read_rows<unsigned char>(input, spec, crop, sinks, asked);
+                break;
+            case PixelType::uint16:
+                read_rows<unsigned short>(input, spec, crop, sinks, asked);
+                break;
+            default:
+                read_rows<float>(input, spec, crop, sinks, asked);
+        }
+    } catch (const std::bad_alloc&) {
+        throw InputError(asked,
+                         compact_text_of(crop) + " pixels of " + std::to_string(spec.nchannels) +
+                             " channels do not fit in memory",
+                         "crop the picture");
+    }
+    return picture;
+}
+
 }  // namespace
 
 Picture decode_picture(const std::filesystem::path& path, PictureFormat format,
                        const std::optional<Crop>& crop, std::uintmax_t file_bytes, const std::string& asked) {
-    Picture picture;
     OIIO::ImageSpec config;
     std::string frame;
     std::optional<OIIO::Filesystem::IOMemReader> memory;
@@ -187,40 +226,7 @@ Picture decode_picture(const std::filesystem::path& path, PictureFormat format,
     }
     check_header(spec, format, file_bytes, asked);
     const Crop part = checked_crop(crop, {spec.height, spec.width}, asked);
-    picture.type = type_of(spec);
-
-    const int alpha = spec.nchannels > 1 ? spec.alpha_channel : -1;
-    std::vector<int> planes;
-    for (int c = 0; c < spec.nchannels; ++c) {
-        if (c != alpha) planes.push_back(c);
-    }
-    try {
-        picture.image = Image({part.height, part.width}, static_cast<int>(planes.size()),
-                              space_of(spec, format, picture.type, planes));
-        std::vector<Sink> sinks;
-        for (std::size_t p = 0; p < planes.size(); ++p) {
-            sinks.push_back({planes[p], picture.image.plane(static_cast<int>(p))});
-        }
-        if (alpha >= 0) {
-            picture.alpha.resize(area(picture.image.size()));
-            sinks.push_back({alpha, picture.alpha});
-        }
-        switch (picture.type) {
-            case PixelType::uint8:
-                read_rows<unsigned char>(*input, spec, part, sinks, asked);
-                break;
-            case PixelType::uint16:
-                read_rows<unsigned short>(*input, spec, part, sinks, asked);
-                break;
-            default:
-                read_rows<float>(*input, spec, part, sinks, asked);
-        }
-    } catch (const std::bad_alloc&) {
-        throw InputError(asked,
-                         compact_text_of(part) + " pixels of " + std::to_string(spec.nchannels) +
-                             " channels do not fit in memory",
-                         "crop the picture");
-    }
+    Picture picture = read_crop(*input, spec, format, part, asked);
     // Damage that the decoder could paint over is reported only here.
     if (input->has_error()) throw InputError(asked, input->geterror(), use_a_complete_file);
     return picture;
