@@ -50,7 +50,7 @@ class LaneFft : public Fft {
   public:
     LaneFft(DeviceImpl& device, Size size)
         : size_(size),
-          pitch_x_((size.width + 31) / 32 * 32),
+          pitch_x_(pitch_of(size.width)),
           roots_x_(device.upload(roots_of_unity(size.width))),
           roots_y_(device.upload(roots_of_unity(size.height))) {}
 
@@ -72,22 +72,47 @@ class LaneFft : public Fft {
         const auto count = static_cast<std::size_t>(planes);
         device.launch(kernel(device, "fft_rows_forward", size_.height, -1),
                       {groups(size_.width, 2 * width), count}, Grain::coarse, images, re, im, roots_y_,
-                      size_.height, size_.width, pitch_x_);
+                      size_.height, size_.height, size_.width, pitch_x_);
         device.launch(kernel(device, "fft_columns_forward", size_.width, -1),
                       {groups(size_.height / 2 + 1, width), count}, Grain::coarse, re, im, spectrum.re,
                       spectrum.im, roots_x_, size_.width, size_.height, spectrum_pitch(size_.height),
                       pitch_x_);
     }
 
+    void correlate(DeviceImpl& device, const Buffer& patches, Size patch, int count, int planes,
+                   const Spectrum& sample, Buffer& scores) override {
+        const int width = device.vector_width();
+        const int pitch_in = pitch_of(patch.width);
+        const std::size_t in_bytes = sizeof(float) * static_cast<std::size_t>(count) *
+                                     static_cast<std::size_t>(planes) * rows() *
+                                     static_cast<std::size_t>(pitch_in);
+        Buffer in_re = device.buffer(in_bytes), in_im = device.buffer(in_bytes);
+        Buffer re = device.buffer(mid_bytes(count)), im = device.buffer(mid_bytes(count));
+        const auto patches_count = static_cast<std::size_t>(count);
+        device.launch(kernel(device, "fft_rows_forward", size_.height, -1),
+                      {groups(patch.width, 2 * width), patches_count * static_cast<std::size_t>(planes)},
+                      Grain::coarse, patches, in_re, in_im, roots_y_, size_.height, patch.height, patch.width,
+                      pitch_in);
+        device.launch(kernel(device, "fft_columns_correlate", size_.width, 1),
+                      {groups(size_.height / 2 + 1, width), patches_count}, Grain::coarse, in_re, in_im,
+                      sample.re, sample.im, re, im, roots_x_, size_.width, size_.height, planes, patch.width,
+                      pitch_in, spectrum_pitch(size_.height), pitch_x_);
+        device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
+                      {groups(size_.width, 2 * width), patches_count}, Grain::coarse, re, im, scores,
+                      roots_y_, size_.height, size_.width, pitch_x_);
+    }
+
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
 
   private:
+    /// Rows between the passes begin on a boundary of two vectors.
+    static int pitch_of(int columns) { return (columns + 31) / 32 * 32; }
+    [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(size_.height) / 2 + 1; }
     static Kernel kernel(DeviceImpl& device, const char* name, int length, int sign) {
         return device.kernel("fft", name, transform_parameters(device, length, sign));
     }
     [[nodiscard]] std::size_t mid_bytes(int planes) const {
-        return sizeof(float) * static_cast<std::size_t>(planes) *
-               static_cast<std::size_t>(size_.height / 2 + 1) * static_cast<std::size_t>(pitch_x_);
+        return sizeof(float) * static_cast<std::size_t>(planes) * rows() * static_cast<std::size_t>(pitch_x_);
     }
 
     Size size_;
@@ -145,6 +170,27 @@ class ClFft : public Fft {
         cl_mem in[1] = {(*columns.handle())()};
         cl_mem out[2] = {(*spectrum.re.handle())(), (*spectrum.im.handle())()};
         run(device, planes, CLFFT_FORWARD, in, out, "clfft forward");
+    }
+
+    void correlate(DeviceImpl& device, const Buffer& patches, Size patch, int count, int planes,
+                   const Spectrum& sample, Buffer& scores) override {
+        const int all = count * planes;
+        Buffer images = device.buffer(image_bytes(all));
+        device.launch(device.kernel("fft", "spread_patches", transform_parameters(device, 1, 1)),
+                      {static_cast<std::size_t>(size_.width), static_cast<std::size_t>(size_.height),
+                       static_cast<std::size_t>(all)},
+                      Grain::fine, patches, images, size_.height, size_.width, patch.height, patch.width);
+        const auto bytes = [&](int of) { return sizeof(float) * spectrum_floats(size_, of); };
+        Spectrum spectra{device.buffer(bytes(all)), device.buffer(bytes(all))};
+        forward(device, images, spectra, all);
+        Spectrum products{device.buffer(bytes(count)), device.buffer(bytes(count))};
+        const std::size_t values = spectrum_floats(size_, 1);
+        device.launch(
+            device.kernel("fft", "correlate_spectra", transform_parameters(device, 1, 1)),
+            {groups(static_cast<int>(values), device.vector_width()), static_cast<std::size_t>(count)},
+            Grain::fine, sample.re, sample.im, spectra.re, spectra.im, products.re, products.im,
+            static_cast<std::uint32_t>(values), planes);
+        inverse(device, products, scores, count);
     }
 
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override {

@@ -50,7 +50,14 @@ class Fft {
     virtual void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) = 0;
     /// Images → spectrum; padding rows of ky are left undefined.
     virtual void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) = 0;
-    /// Bytes of device memory that a call with this many planes takes beside its arguments.
+    /// Cross-correlation of `count` patches with a sample of `planes` planes on the torus, not scaled:
+    ///     scores_b(p) = N Σ_planes Σ_r patch_b(r) sample(p + r), N the number of pixels
+    /// \param patches [patch][plane][row][column], no larger than the sample
+    /// \param sample its spectrum, kept
+    /// \param scores [patch][row][column]
+    virtual void correlate(DeviceImpl& device, const Buffer& patches, Size patch, int count, int planes,
+                           const Spectrum& sample, Buffer& scores) = 0;
+    /// Bytes of device memory that inverse() or forward() of this many planes takes beside its arguments.
     [[nodiscard]] virtual std::size_t scratch_bytes(int planes) const = 0;
 };
 

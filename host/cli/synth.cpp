@@ -17,6 +17,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_names.hpp"
 #include "host/cli/report.hpp"
 #include "host/synthesis/synthesis_names.hpp"
 
@@ -47,16 +48,6 @@ struct SynthJob {
     std::uintmax_t clamped_pixels = 0;
     double setup = 0.0, synthesis = 0.0, write = 0.0, total = 0.0;
 };
-
-/// "out.png" becomes "out-07.png" for texture 7 of 12: names sort as the seeds do.
-fs::path numbered(const fs::path& path, int index, int count) {
-    const std::string digits = std::to_string(index);
-    const std::size_t width = std::to_string(count - 1).size();
-    fs::path name = path.stem();
-    name += "-" + std::string(width - digits.size(), '0') + digits;
-    name += path.extension();
-    return path.parent_path() / name;
-}
 
 /// The format that holds what was analysed, for textures whose name is not given.
 const char* extension(const TextureModel& model) {

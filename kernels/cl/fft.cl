@@ -203,6 +203,20 @@ inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __g
     return swapped;
 }
 
+// Lanes of ky into rows of the layout between the passes, as many as there are.
+inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re, __global float* mid_im, size_t row, int count,
+                       int length, int pitch_x) {
+    const float* sr = (const float*)re;
+    const float* si = (const float*)im;
+    for (int l = 0; l < VW && l < count; ++l) {
+        const size_t out = (row + l) * pitch_x;
+        for (int k = 0; k < length; ++k) {
+            mid_re[out + k] = sr[k * VW + l];
+            mid_im[out + k] = si[k * VW + l];
+        }
+    }
+}
+
 #ifdef BTFIELD_KERNEL_fft_columns_inverse
 // Inverse pass 1, length W: spectrum (re, im) → (mid_re, mid_im). Work-item (vector of ky, plane).
 __kernel void fft_columns_inverse(__global const float* re, __global const float* im, __global float* mid_re,
@@ -219,15 +233,7 @@ __kernel void fft_columns_inverse(__global const float* re, __global const float
         ai[k] = LOADN(im + base + (size_t)k * pitch_ky);
     }
     const int swapped = transform(length, ar, ai, br, bi, tw);
-    const float* sr = (const float*)(swapped ? br : ar);
-    const float* si = (const float*)(swapped ? bi : ai);
-    for (int l = 0; l < VW && ky + l < rows; ++l) {
-        const size_t out = ((size_t)plane * rows + ky + l) * pitch_x;
-        for (int k = 0; k < length; ++k) {
-            mid_re[out + k] = sr[k * VW + l];
-            mid_im[out + k] = si[k * VW + l];
-        }
-    }
+    store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, (size_t)plane * rows + ky, rows - ky, length, pitch_x);
 }
 #endif
 
@@ -272,19 +278,21 @@ __kernel void fft_rows_inverse(__global const float* mid_re, __global const floa
 #endif
 
 #ifdef BTFIELD_KERNEL_fft_rows_forward
-// Forward pass 1, length H: images → (mid_re, mid_im). Work-item (two vectors of x, plane).
+// Forward pass 1, length H: images → (mid_re, mid_im). Images of `rows_in` rows stand for those that go on with zeros.
+// Work-item (two vectors of x, plane).
 __kernel void fft_rows_forward(__global const float* images, __global float* mid_re, __global float* mid_im,
-                               __global const float2* tw, int length, int width, int pitch_x) {
+                               __global const float2* tw, int length, int rows_in, int width, int pitch_x) {
     const int x = (int)get_global_id(0) * 2 * VW;
     const int plane = (int)get_global_id(1);
     if (x >= width) return;
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
     const int left = width - x;
-    __global const float* in = images + (size_t)plane * length * width + x;
-    for (int r = 0; r < length; ++r) {
+    __global const float* in = images + (size_t)plane * rows_in * width + x;
+    for (int r = 0; r < rows_in; ++r) {
         ar[r] = load_up_to(in + (size_t)r * width, left);
         ai[r] = load_up_to(in + (size_t)r * width + VW, left - VW);
     }
+    for (int r = rows_in; r < length; ++r) ar[r] = ai[r] = (REALN)(0.0f);
     const int swapped = transform(length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
@@ -328,6 +336,78 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
         STOREN(sr[k], re + base + (size_t)k * pitch_ky);
         STOREN(si[k], im + base + (size_t)k * pitch_ky);
     }
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_fft_columns_correlate
+// Between forward pass 1 of patches and inverse pass 2 of scores, length W: patches (mid_re, mid_im), [patch][plane][ky] with
+// rows of `columns_in` values and pitch_in floats, and the sample's spectrum (re, im) → Σ_planes sample · conj(patch), inverse
+// pass 1 done, (out_re, out_im), [patch][ky]. For the +1 transform: it makes the conjugate of a forward one from conjugates.
+// Work-item (vector of ky, patch).
+__kernel void fft_columns_correlate(__global const float* mid_re, __global const float* mid_im, __global const float* re,
+                                    __global const float* im, __global float* out_re, __global float* out_im,
+                                    __global const float2* tw, int length, int height, int planes, int columns_in,
+                                    int pitch_in, int pitch_ky, int pitch_x) {
+    const int ky = (int)get_global_id(0) * VW;
+    const int patch = (int)get_global_id(1);
+    const int rows = height / 2 + 1;
+    if (ky >= rows) return;
+    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM], sum_re[ROOM], sum_im[ROOM];
+    float* xr = (float*)ar;
+    float* xi = (float*)ai;
+    for (int k = 0; k < length; ++k) sum_re[k] = sum_im[k] = (REALN)(0.0f);
+    for (int plane = 0; plane < planes; ++plane) {
+        for (int l = 0; l < VW; ++l) {
+            const size_t in = ((size_t)(patch * planes + plane) * rows + min(ky + l, rows - 1)) * pitch_in;
+            for (int k = 0; k < columns_in; ++k) {
+                xr[k * VW + l] = mid_re[in + k];
+                xi[k * VW + l] = -mid_im[in + k];
+            }
+        }
+        for (int k = columns_in; k < length; ++k) ar[k] = ai[k] = (REALN)(0.0f);
+        const int swapped = transform(length, ar, ai, br, bi, tw);
+        const REALN* pr = swapped ? br : ar;
+        const REALN* pi = swapped ? bi : ai;
+        const size_t base = (size_t)plane * length * pitch_ky + ky;
+        for (int k = 0; k < length; ++k) {
+            const REALN fr = LOADN(re + base + (size_t)k * pitch_ky), fi = LOADN(im + base + (size_t)k * pitch_ky);
+            sum_re[k] = fma(fr, pr[k], fma(-fi, pi[k], sum_re[k]));
+            sum_im[k] = fma(fr, pi[k], fma(fi, pr[k], sum_im[k]));
+        }
+    }
+    const int swapped = transform(length, sum_re, sum_im, br, bi, tw);
+    store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, (size_t)patch * rows + ky, rows - ky, length,
+               pitch_x);
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_spread_patches
+// images[plane][height][width] ← patches[plane][rows][columns], zero elsewhere. Work-item (column, row, plane).
+__kernel void spread_patches(__global const float* patches, __global float* images, int height, int width, int rows,
+                             int columns) {
+    const int x = (int)get_global_id(0), y = (int)get_global_id(1);
+    if (x >= width) return;
+    const size_t plane = get_global_id(2);
+    images[(plane * height + y) * width + x] = x < columns && y < rows ? patches[(plane * rows + y) * columns + x] : 0.0f;
+}
+#endif
+
+#ifdef BTFIELD_KERNEL_correlate_spectra
+// out[patch] ← Σ_planes sample[plane] · conj(patches[patch][plane]) value by value. Work-item (vector of values, patch).
+__kernel void correlate_spectra(__global const float* re, __global const float* im, __global const float* patches_re,
+                                __global const float* patches_im, __global float* out_re, __global float* out_im, uint values,
+                                int planes) {
+    const size_t at = get_global_id(0) * VW, patch = get_global_id(1);
+    if (at >= values) return;
+    REALN sum_re = (REALN)(0.0f), sum_im = sum_re;
+    for (int plane = 0; plane < planes; ++plane) {
+        const size_t f = (size_t)plane * values + at, p = (patch * planes + plane) * values + at;
+        const REALN fr = LOADN(re + f), fi = LOADN(im + f), pr = LOADN(patches_re + p), pi = LOADN(patches_im + p);
+        sum_re = fma(fr, pr, fma(fi, pi, sum_re));
+        sum_im = fma(fi, pr, fma(-fr, pi, sum_im));
+    }
+    STOREN(sum_re, out_re + patch * values + at);
+    STOREN(sum_im, out_im + patch * values + at);
 }
 #endif
 

@@ -140,6 +140,47 @@ void check(Device& device, FftBackend backend, Size size, int planes) {
     }
 }
 
+/// Correlation against its definition, on the torus.
+void check_correlation(Device& device, FftBackend backend, Size size, Size patch, int planes) {
+    SCOPED_TRACE(test::text(size) + ", patches of " + test::text(patch) + ", " + std::to_string(planes) +
+                 " planes, vector width " + std::to_string(device.vector_width()));
+    constexpr int patches = 3;
+    DeviceImpl& impl = device.impl();
+    Fft& fft = impl.ffts().plan(impl, size, backend);
+    const Image sample = test::random_image(size, planes);
+    const Image pieces = test::random_image(patch, patches * planes, 0.0F, 2);
+    const Buffer pixels = impl.upload(sample.values()), known = impl.upload(pieces.values());
+    Spectrum spectrum = nan_spectrum(device, size, planes);
+    fft.forward(impl, pixels, spectrum, planes);
+    Buffer scores = impl.upload(std::vector<float>(area(size) * patches, nan_value));
+    fft.correlate(impl, known, patch, patches, planes, spectrum, scores);
+    const std::vector<float> found = test::read_all<float>(device, scores);
+    for (int b = 0; b < patches; ++b) {
+        double squares = 0.0;
+        for (int p = 0; p < planes; ++p) squares += std::pow(norm(pieces.plane(b * planes + p)), 2);
+        // Three transforms one after the other, of which the last sums N values of the size of the product.
+        const double most =
+            3.0 * bound(size, static_cast<double>(area(size)) * norm(sample.values()) * std::sqrt(squares));
+        for (int row = 0; row < size.height; ++row)
+            for (int column = 0; column < size.width; ++column) {
+                double expected = 0.0;
+                for (int p = 0; p < planes; ++p)
+                    for (int r = 0; r < patch.height; ++r)
+                        for (int c = 0; c < patch.width; ++c)
+                            expected += static_cast<double>(pieces.at(b * planes + p, r, c)) *
+                                        static_cast<double>(
+                                            sample.at(p, (row + r) % size.height, (column + c) % size.width));
+                expected *= static_cast<double>(area(size));
+                const std::size_t i = (static_cast<std::size_t>(b) * static_cast<std::size_t>(size.height) +
+                                       static_cast<std::size_t>(row)) *
+                                          static_cast<std::size_t>(size.width) +
+                                      static_cast<std::size_t>(column);
+                ASSERT_LE(std::abs(static_cast<double>(found[i]) - expected), most)
+                    << "patch " << b << ", row " << row << ", column " << column;
+            }
+    }
+}
+
 /// All pairs of the lengths: kernels see one length each, edges depend on both.
 void check_pairs(Device& device, std::span<const int> lengths) {
     for (const int height : lengths)
@@ -161,6 +202,10 @@ TEST_P(FftSmall, LanesOfShortSides) {
     check_pairs(device_, lengths);
 }
 
+TEST_P(FftSmall, CorrelatesPatches) {
+    check_correlation(device_, FftBackend::lanes, {8, 15}, {3, 5}, 2);
+}
+
 class FftWidths : public FftSmall {};
 INSTANTIATE_TEST_SUITE_P(Widths, FftWidths, testing::ValuesIn(test::vector_widths),
                          testing::PrintToStringParamName());
@@ -173,6 +218,19 @@ TEST_P(FftWidths, LanesOfEveryLength) {
         check(device_, FftBackend::lanes, {one, other}, 2);
         if (HasFatalFailure()) return;
     }
+}
+
+TEST_P(FftWidths, CorrelatesPatchesOfAnySize) {
+    check_correlation(device_, FftBackend::lanes, {33, 26}, {33, 26}, 1);
+    check_correlation(device_, FftBackend::lanes, {26, 45}, {1, 7}, 3);
+    check_correlation(device_, FftBackend::lanes, {64, 40}, {20, 1}, 4);
+    check_correlation(device_, FftBackend::lanes, {16, 52}, {11, 37}, 8);
+}
+
+TEST(Fft, ClFftCorrelates) {
+    Device device;
+    check_correlation(device, FftBackend::clfft, {26, 45}, {9, 13}, 3);
+    check_correlation(device, FftBackend::clfft, {16, 16}, {16, 16}, 1);
 }
 
 TEST(Fft, ClFftFollowsTheDefinition) {

@@ -58,7 +58,7 @@ class CliHelp : public testing::Test {
         for (const char* name : {"cork.png", "cork-4x.png"}) put(name, "/cork.png");
         for (const char* name : {"bark.png", "bark.tif", "sand.png", "moss.png"}) put(name, "/bark.png");
         for (const char* name : {"material.exr", "grown.exr"}) put(name, "/cork-xyz.exr");
-        for (const char* name : {"models", "textures", "best"}) fs::create_directory(folder_ / name);
+        for (const char* name : {"models", "textures", "tiles", "best"}) fs::create_directory(folder_ / name);
         test::put_bytes(folder_ / "sand.json", R"({"pictures": [{"material": "sand", "files": ["sand.png"]}],
             "models": ["2d-car"], "orders": [1], "levels": [1], "seeds": [1, 2]})");
         for (const char* shard : {"1", "2"}) {

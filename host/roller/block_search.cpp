@@ -1,0 +1,216 @@
+#include "host/roller/block_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/base/parallel.hpp"
+
+namespace btfield::detail {
+namespace {
+
+using std::size_t;
+
+/// Makes positions around the centres the worst, unless these are all that there are.
+void exclude(const std::vector<Position>& centres, int radius, int rows, int columns,
+             std::span<float> scores) {
+    std::vector<std::pair<size_t, float>> kept;
+    for (const Position& centre : centres)
+        for (int r = std::max(0, centre.row - radius + 1); r < std::min(rows, centre.row + radius); ++r)
+            for (int c = std::max(0, centre.column - radius + 1);
+                 c < std::min(columns, centre.column + radius); ++c) {
+                const size_t i =
+                    static_cast<size_t>(r) * static_cast<size_t>(columns) + static_cast<size_t>(c);
+                if (scores[i] == std::numeric_limits<float>::infinity()) continue;
+                kept.emplace_back(i, scores[i]);
+                scores[i] = std::numeric_limits<float>::infinity();
+            }
+    if (kept.size() < scores.size()) return;
+    for (const auto& [i, score] : kept) scores[i] = score;
+}
+
+}  // namespace
+
+BlockSearch::BlockSearch(DeviceImpl& device, const Features& features)
+    : device_(&device),
+      features_(&features),
+      lattice_{next_fft_size(features.size.height), next_fft_size(features.size.width)} {
+    const auto h = static_cast<size_t>(features.size.height), w = static_cast<size_t>(features.size.width),
+               d = static_cast<size_t>(features.planes);
+    const auto lw = static_cast<size_t>(lattice_.width);
+    std::vector<float> planes(d * area(lattice_));
+    sums_.assign((h + 1) * (w + 1), 0);
+    for (size_t r = 0; r < h; ++r) {
+        std::int64_t row = 0;
+        for (size_t c = 0; c < w; ++c) {
+            for (size_t p = 0; p < d; ++p) {
+                const std::int64_t v = features.values[(r * w + c) * d + p];
+                planes[p * area(lattice_) + r * lw + c] = static_cast<float>(v);
+                row += v * v;
+            }
+            sums_[(r + 1) * (w + 1) + c + 1] = sums_[r * (w + 1) + c + 1] + row;
+        }
+    }
+    norm_ = std::sqrt(static_cast<double>(sums_.back()));
+    const Buffer pixels = device.upload(planes);
+    const size_t bytes = sizeof(float) * spectrum_floats(lattice_, features.planes);
+    spectrum_ = {device.buffer(bytes), device.buffer(bytes)};
+    device.ffts()
+        .plan(device, lattice_, device.options().fft)
+        .forward(device, pixels, spectrum_, features.planes);
+    device.finish();
+}
+
+const BlockSearch::Energy& BlockSearch::energy(Size patch, const Strips& strips) {
+    const auto [found, is_new] = energies_.try_emplace({patch.height, patch.width, strips});
+    Energy& result = found->second;
+    if (!is_new) return result;
+    const Size size = features_->size;
+    const auto pitch = static_cast<size_t>(size.width) + 1;
+    const auto box = [&](int top, int left, int bottom, int right) {
+        if (bottom <= top || right <= left) return std::int64_t{0};
+        const auto at = [&](int r, int c) {
+            return sums_[static_cast<size_t>(r) * pitch + static_cast<size_t>(c)];
+        };
+        return at(bottom, right) - at(top, right) - at(bottom, left) + at(top, left);
+    };
+    const int rows = size.height - patch.height + 1, columns = size.width - patch.width + 1;
+    result.values.resize(static_cast<size_t>(rows) * static_cast<size_t>(columns));
+    for (int r = 0; r < rows; ++r)
+        for (int c = 0; c < columns; ++c) {
+            const std::int64_t all = box(r, c, r + patch.height, c + patch.width);
+            const std::int64_t inside = box(r + strips.top, c + strips.left, r + patch.height - strips.bottom,
+                                            c + patch.width - strips.right);
+            const auto value = static_cast<float>(all - inside);
+            result.values[static_cast<size_t>(r) * static_cast<size_t>(columns) + static_cast<size_t>(c)] =
+                value;
+            result.largest = std::max(result.largest, value);
+        }
+    return result;
+}
+
+std::int64_t BlockSearch::difference(const BlockQuery& query, Size patch, Position at) const {
+    const Strips& s = query.strips;
+    const auto d = static_cast<size_t>(features_->planes);
+    const auto width = static_cast<size_t>(patch.width) * d;
+    std::int64_t sum = 0;
+    for (int r = 0; r < patch.height; ++r) {
+        const std::int16_t* known = query.known.data() + static_cast<size_t>(r) * width;
+        const std::int16_t* here = features_->at(at.row + r, at.column);
+        if (r < s.top || r >= patch.height - s.bottom) {
+            sum += squared_difference(known, here, width);
+            continue;
+        }
+        sum += squared_difference(known, here, static_cast<size_t>(s.left) * d);
+        const size_t right = width - static_cast<size_t>(s.right) * d;
+        sum += squared_difference(known + right, here + right, width - right);
+    }
+    return sum;
+}
+
+Position BlockSearch::choose(const BlockQuery& query, Size patch, int radius, double tolerance,
+                             const Energy& energy, std::span<const float> weights,
+                             std::span<float> scores) const {
+    const int rows = features_->size.height - patch.height + 1,
+              columns = features_->size.width - patch.width + 1;
+    const auto place = [&](size_t position) {
+        return Position{static_cast<int>(position / static_cast<size_t>(columns)),
+                        static_cast<int>(position % static_cast<size_t>(columns))};
+    };
+    double known = 0.0;
+    for (const std::int16_t v : query.known) known += static_cast<double>(v) * static_cast<double>(v);
+
+    // Squared differences about as they are, in order of position.
+    const size_t count = static_cast<size_t>(rows) * static_cast<size_t>(columns);
+    const float scale = -2.0F / static_cast<float>(area(lattice_)), squares = static_cast<float>(known);
+    for (int r = 0; r < rows; ++r) {
+        const float* from = scores.data() + static_cast<size_t>(r) * static_cast<size_t>(lattice_.width);
+        const float* energies = energy.values.data() + static_cast<size_t>(r) * static_cast<size_t>(columns);
+        float* to = scores.data() + static_cast<size_t>(r) * static_cast<size_t>(columns);
+        for (int c = 0; c < columns; ++c) to[c] = energies[c] + squares + scale * from[c];
+    }
+    const std::span<float> all = scores.first(count);
+    if (!weights.empty())
+        for (size_t i = 0; i < count; ++i) all[i] *= weights[i];
+    exclude(query.excluded, radius, rows, columns, all);
+    const float least = *std::min_element(all.begin(), all.end());
+
+    // Rounding of a correlation by transforms: Gentleman and Sande (1966), as in the tests of the transform,
+    // three of them one after the other; then that of sums in float32.
+    const double unit = std::numeric_limits<float>::epsilon();
+    const double largest_weight =
+        weights.empty() ? 1.0 : static_cast<double>(*std::max_element(weights.begin(), weights.end()));
+    const double bound =
+        largest_weight *
+        (6.0 * unit * (4.0 + std::log2(static_cast<double>(area(lattice_)))) * norm_ * std::sqrt(known) +
+         8.0 * unit * (static_cast<double>(energy.largest) + known));
+    const auto exact = [&](size_t position) {
+        const double weight = weights.empty() ? 1.0 : static_cast<double>(weights[position]);
+        return weight * static_cast<double>(difference(query, patch, place(position)));
+    };
+
+    double best = std::numeric_limits<double>::infinity();
+    const auto reach = static_cast<float>(static_cast<double>(least) + 2.0 * bound);
+    for (size_t i = 0; i < count && best > 0.0; ++i)
+        if (all[i] <= reach) best = std::min(best, exact(i));
+    const double most = (1.0 + tolerance) * best;
+
+    // Those that may be within the tolerance, in the order that the key gives: the first that is.
+    const auto limit = static_cast<float>(most + bound);
+    std::vector<std::pair<std::uint64_t, size_t>> order;
+    for (size_t i = 0; i < count; ++i)
+        if (all[i] <= limit) order.emplace_back(draw(query.key, i), i);
+    std::sort(order.begin(), order.end());
+    for (const auto& [number, position] : order)
+        if (exact(position) <= most) return place(position);
+    return place(order.front().second);  // not reached: the best is among them
+}
+
+std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Size patch, int radius,
+                                        double tolerance, std::span<const float> weights) {
+    std::vector<Position> found(queries.size());
+    const int rows = features_->size.height - patch.height + 1,
+              columns = features_->size.width - patch.width + 1;
+    const auto positions = static_cast<size_t>(rows) * static_cast<size_t>(columns);
+    const size_t values = area(patch) * static_cast<size_t>(features_->planes);
+    std::vector<const Energy*> energies(queries.size());
+    for (size_t i = 0; i < queries.size(); ++i) energies[i] = &energy(patch, queries[i].strips);
+
+    // As many at a time as the caches and the device's buffers hold.
+    const size_t bytes = sizeof(float) * (area(lattice_) + values) + 1;
+    const size_t batch = std::clamp<size_t>(
+        device_->largest_allocation() / (8 * static_cast<size_t>(features_->planes) * bytes), 1, 16);
+    for (size_t start = 0; start < queries.size(); start += batch) {
+        const size_t n = std::min(batch, queries.size() - start);
+        std::vector<float> known(n * values);
+        for_each_block(static_cast<int>(n), [&](int i) {
+            const auto d = static_cast<size_t>(features_->planes);
+            const std::vector<std::int16_t>& from = queries[start + static_cast<size_t>(i)].known;
+            float* to = known.data() + static_cast<size_t>(i) * values;
+            for (size_t p = 0; p < d; ++p)
+                for (size_t r = 0; r < area(patch); ++r) to[p * area(patch) + r] = from[r * d + p];
+        });
+        const Buffer patches = device_->upload(known);
+        Buffer scores = device_->buffer(sizeof(float) * n * area(lattice_));
+        device_->ffts()
+            .plan(*device_, lattice_, device_->options().fft)
+            .correlate(*device_, patches, patch, static_cast<int>(n), features_->planes, spectrum_, scores);
+        std::vector<float> host(n * area(lattice_));
+        device_->read(scores, host.data(), sizeof(float) * host.size());
+        for_each_block(static_cast<int>(n), [&](int i) {
+            const size_t at = start + static_cast<size_t>(i);
+            if (!queries[at].strips.any()) {
+                const size_t position = draw(queries[at].key, 0) % positions;
+                found[at] = {static_cast<int>(position / static_cast<size_t>(columns)),
+                             static_cast<int>(position % static_cast<size_t>(columns))};
+                return;
+            }
+            found[at] =
+                choose(queries[at], patch, radius, tolerance, *energies[at], weights,
+                       std::span(host).subspan(static_cast<size_t>(i) * area(lattice_), area(lattice_)));
+        });
+    }
+    return found;
+}
+
+}  // namespace btfield::detail

@@ -1,0 +1,58 @@
+#pragma once
+
+// Where in a sample a patch would fit to what lies there already: squared differences at all positions, by
+// correlation in frequency on the device, and the choice among them in integers (theory 17.3).
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "host/cl/device_impl.hpp"
+#include "host/roller/canvas.hpp"
+#include "host/roller/features.hpp"
+
+namespace btfield::detail {
+
+/// A patch to be found.
+struct BlockQuery {
+    Strips strips;
+    std::vector<std::int16_t> known;  ///< [row][column][plane], 0 outside of the strips
+    std::vector<Position> excluded;   ///< centres of what may not be chosen, unless nothing else is left
+    std::uint64_t key = 0;            ///< decides among what the tolerance admits
+};
+
+class BlockSearch {
+  public:
+    /// \param features outlive the search
+    BlockSearch(DeviceImpl& device, const Features& features);
+
+    /// For each query, a position whose squared difference in the strips is at most (1 + tolerance) times the
+    /// least: the one that the key makes first. All of the sample where the strips are empty.
+    /// \param radius positions nearer than this to an excluded one, along both axes, are excluded
+    /// \param weights of the squared differences, by position, [row][column]; none: all 1
+    [[nodiscard]] std::vector<Position> find(std::span<const BlockQuery> queries, Size patch, int radius,
+                                             double tolerance, std::span<const float> weights = {});
+
+  private:
+    struct Energy {
+        std::vector<float> values;  ///< [row][column]: Σ sample² in the strips of a patch there
+        float largest = 0.0F;
+    };
+    const Energy& energy(Size patch, const Strips& strips);
+    [[nodiscard]] Position choose(const BlockQuery& query, Size patch, int radius, double tolerance,
+                                  const Energy& energy, std::span<const float> weights,
+                                  std::span<float> scores) const;
+    [[nodiscard]] std::int64_t difference(const BlockQuery& query, Size patch, Position at) const;
+
+    DeviceImpl* device_;
+    const Features* features_;
+    Size lattice_;  ///< the sample's, or the next larger one that is transformed; zeros beyond the sample
+    Spectrum spectrum_;
+    double norm_ = 0.0;               ///< √ Σ sample²
+    std::vector<std::int64_t> sums_;  ///< Σ sample² above and left of [row][column], (H + 1) × (W + 1)
+    std::map<std::tuple<int, int, Strips>, Energy> energies_;
+};
+
+}  // namespace btfield::detail

@@ -1,0 +1,235 @@
+#include "host/roller/tile.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "host/base/parallel.hpp"
+#include "host/roller/canvas.hpp"
+#include "host/roller/minimum_cut.hpp"
+
+namespace btfield::detail {
+namespace {
+
+using std::size_t;
+
+/// Σ of squared distances between pixels a lag apart, above and left of each place.
+class LagDifferences {
+  public:
+    LagDifferences(const Features& features, int down, int right)
+        : pitch_(static_cast<size_t>(features.size.width - right) + 1) {
+        const int rows = features.size.height - down, columns = features.size.width - right;
+        sums_.assign((static_cast<size_t>(rows) + 1) * pitch_, 0);
+        const size_t lag =
+            static_cast<size_t>(down) * static_cast<size_t>(features.size.width) + static_cast<size_t>(right);
+        for (int r = 0; r < rows; ++r) {
+            std::int64_t row = 0;
+            for (int c = 0; c < columns; ++c) {
+                const size_t a = static_cast<size_t>(r) * static_cast<size_t>(features.size.width) +
+                                 static_cast<size_t>(c);
+                row += features.distance(a, a + lag);
+                const size_t i = (static_cast<size_t>(r) + 1) * pitch_ + static_cast<size_t>(c) + 1;
+                sums_[i] = sums_[i - pitch_] + row;
+            }
+        }
+    }
+    [[nodiscard]] double mean(Position at, int rows, int columns) const {
+        const auto sum = [&](int r, int c) {
+            return sums_[static_cast<size_t>(r) * pitch_ + static_cast<size_t>(c)];
+        };
+        const std::int64_t all = sum(at.row + rows, at.column + columns) - sum(at.row, at.column + columns) -
+                                 sum(at.row + rows, at.column) + sum(at.row, at.column);
+        return static_cast<double>(all) / (static_cast<double>(rows) * columns);
+    }
+
+  private:
+    size_t pitch_;
+    std::vector<std::int64_t> sums_;
+};
+
+/// A patch of the sample as a tile: `size` and an overlap to the right and below.
+struct TilePlace {
+    Position at;
+    Size size;
+    double difference = 0.0;  ///< mean over both overlaps
+};
+
+/// A tile as the cuts make it.
+struct CutTile {
+    std::vector<std::uint32_t> source;
+    Cost cost;
+};
+
+/// Cuts rows first: a picture that continues itself from right to left, higher by the overlap than the tile.
+/// Its own upper and lower ends are cut along a closed path, so the corner is right from both sides.
+CutTile cut_tile(const Features& features, const TilePlace& place, int overlap) {
+    const int h = place.size.height, w = place.size.width;
+    const auto pixel = [&](int r, int c) {
+        return static_cast<size_t>(place.at.row + r) * static_cast<size_t>(features.size.width) +
+               static_cast<size_t>(place.at.column + c);
+    };
+    std::vector<std::int64_t> errors;
+    for (int r = 0; r < h + overlap; ++r)
+        for (int c = 0; c < overlap; ++c) errors.push_back(features.distance(pixel(r, c), pixel(r, c + w)));
+    const BoundaryCut sides = minimum_cut(errors, h + overlap, overlap);
+    const auto wrapped = [&](int r, int c) {
+        return c < sides.cut[static_cast<size_t>(r)] ? pixel(r, c + w) : pixel(r, c);
+    };
+    errors.clear();
+    for (int c = 0; c < w; ++c)
+        for (int r = 0; r < overlap; ++r)
+            errors.push_back(features.distance(wrapped(r, c), wrapped(r + h, c)));
+    const BoundaryCut ends = minimum_cut(errors, w, overlap, true);
+    CutTile result{{}, {sides.cost + ends.cost, h + overlap + w}};
+    result.source.reserve(area(place.size));
+    for (int r = 0; r < h; ++r)
+        for (int c = 0; c < w; ++c)
+            result.source.push_back(static_cast<std::uint32_t>(
+                r < ends.cut[static_cast<size_t>(c)] ? wrapped(r + h, c) : wrapped(r, c)));
+    return result;
+}
+
+struct TilePlaceAndCut {
+    TilePlace place;
+    CutTile tile;
+};
+
+/// Sides that are tried along one axis.
+std::vector<int> tile_sides(std::optional<int> given, int sample, int length, int overlap, int parts,
+                            const std::string& asked) {
+    const int most = sample - overlap;
+    if (given) {
+        if (*given > most)
+            throw InputError(
+                asked,
+                "a side of " + std::to_string(*given) + " and an overlap of " + std::to_string(overlap) +
+                    " out of " + std::to_string(sample) + " pixels",
+                "ask for at most " + std::to_string(most) + ", or for a quilt, which has any size");
+        return {*given};
+    }
+    const int end = std::max(std::min(smallest_rolled_side, most), most / parts);
+    const int begin = std::clamp(std::max(3 * end / 4, 8 * length), std::min(smallest_rolled_side, end), end);
+    constexpr int tried = 8;
+    std::vector<int> sides;
+    for (int i = 0; i < tried; ++i) {
+        const int value = begin + (end - begin) * i / (tried - 1);
+        if (sides.empty() || value > sides.back()) sides.push_back(value);
+    }
+    return sides;
+}
+
+void keep_best(std::vector<TilePlace>& places, size_t count) {
+    std::stable_sort(places.begin(), places.end(),
+                     [](const TilePlace& a, const TilePlace& b) { return a.difference < b.difference; });
+    places.resize(std::min(count, places.size()));
+}
+
+/// The best places of each size, one from each part of the sample as large as the overlap; best first.
+std::vector<TilePlace> best_places(const Features& features, const std::vector<int>& heights,
+                                   const std::vector<int>& widths, int overlap) {
+    std::vector<std::optional<LagDifferences>> down(heights.size()), right(widths.size());
+    for_each_block(static_cast<int>(heights.size() + widths.size()), [&](int i) {
+        const auto n = static_cast<size_t>(i);
+        if (n < heights.size())
+            down[n].emplace(features, heights[n], 0);
+        else
+            right[n - heights.size()].emplace(features, 0, widths[n - heights.size()]);
+    });
+    constexpr size_t kept = 8;
+    std::vector<std::vector<TilePlace>> of_size(heights.size() * widths.size());
+    for_each_block(static_cast<int>(of_size.size()), [&](int i) {
+        const size_t y = static_cast<size_t>(i) / widths.size(), x = static_cast<size_t>(i) % widths.size();
+        const Size size{heights[y], widths[x]};
+        const int rows = features.size.height - size.height - overlap + 1,
+                  columns = features.size.width - size.width - overlap + 1;
+        std::vector<TilePlace>& places = of_size[static_cast<size_t>(i)];
+        for (int top = 0; top < rows; top += overlap)
+            for (int left = 0; left < columns; left += overlap) {
+                TilePlace best{{}, size, std::numeric_limits<double>::infinity()};
+                for (int r = top; r < std::min(rows, top + overlap); ++r)
+                    for (int c = left; c < std::min(columns, left + overlap); ++c) {
+                        const Position at{r, c};
+                        const double difference = right[x]->mean(at, size.height + overlap, overlap) +
+                                                  down[y]->mean(at, overlap, size.width + overlap);
+                        if (difference < best.difference) best = {at, size, difference};
+                    }
+                places.push_back(best);
+            }
+        keep_best(places, kept);
+    });
+    std::vector<TilePlace> all;
+    for (const std::vector<TilePlace>& places : of_size) all.insert(all.end(), places.begin(), places.end());
+    keep_best(all, all.size());
+    return all;
+}
+
+TilePlaceAndCut first_tile(const Features& features, const std::vector<int>& heights,
+                           const std::vector<int>& widths, int overlap, std::uint64_t seed,
+                           double tolerance) {
+    std::vector<TilePlace> places = best_places(features, heights, widths, overlap);
+    constexpr size_t examined = 48;
+    places.resize(std::min(examined, places.size()));
+    std::vector<CutTile> tiles(places.size());
+    for_each_block(static_cast<int>(places.size()), [&](int i) {
+        tiles[static_cast<size_t>(i)] = cut_tile(features, places[static_cast<size_t>(i)], overlap);
+    });
+    double least = std::numeric_limits<double>::infinity();
+    for (const CutTile& each : tiles) least = std::min(least, each.cost.mean());
+    size_t chosen = tiles.size();
+    for (size_t i = 0; i < tiles.size(); ++i)
+        if (tiles[i].cost.mean() <= (1.0 + tolerance) * least &&
+            (chosen == tiles.size() || draw(seed, i) < draw(seed, chosen)))
+            chosen = i;
+    return {places[chosen], std::move(tiles[chosen])};
+}
+
+/// Tiles with the first one's border and another inside each.
+void add_insides(std::vector<SourceMap>& tiles, const Features& features, BlockSearch& search, int count,
+                 const TilePlaceAndCut& first, int overlap, std::uint64_t seed, double tolerance,
+                 const std::string& asked) {
+    const int border = std::max(1, overlap / 2);
+    const Size size = first.place.size;
+    const Size patch{size.height - 2 * border, size.width - 2 * border};
+    const int strip = std::min(overlap, std::min(patch.height, patch.width) / 2);
+    if (strip < 2)
+        throw InputError(asked, "it leaves no room for an inside",
+                         "ask for larger tiles, or for a smaller overlap");
+    BlockQuery query;
+    query.strips = {strip, strip, strip, strip};
+    const Canvas border_canvas(features, size, first.tile.source);
+    query.known = border_canvas.known({border, border}, patch, query.strips);
+    query.excluded = {{first.place.at.row + border, first.place.at.column + border}};
+    for (int i = 1; i < count; ++i) {
+        query.key = draw(seed, static_cast<std::uint64_t>(i));
+        const Position found = search.find({&query, 1}, patch, std::max(1, strip), tolerance).front();
+        Canvas canvas = border_canvas;
+        Cost cost = first.tile.cost;
+        cost += canvas.lay({border, border}, patch, query.strips, found);
+        tiles.push_back(std::move(canvas).finished(cost));
+        query.excluded.push_back(found);
+    }
+}
+
+}  // namespace
+
+std::vector<SourceMap> make_tiles(const Features& features, BlockSearch& search, int count,
+                                  std::optional<Size> size, int overlap, std::uint64_t seed, double tolerance,
+                                  const std::string& asked) {
+    const int parts = count > 1 ? 2 : 1;
+    const auto side = [&](int Size::*which) { return size ? std::optional(*size.*which) : std::nullopt; };
+    const TilePlaceAndCut first =
+        first_tile(features,
+                   tile_sides(side(&Size::height), features.size.height, correlation_length(features, false),
+                              overlap, parts, asked),
+                   tile_sides(side(&Size::width), features.size.width, correlation_length(features, true),
+                              overlap, parts, asked),
+                   overlap, seed, tolerance);
+    std::vector<SourceMap> result{
+        Canvas(features, first.place.size, first.tile.source).finished(first.tile.cost)};
+    if (count > 1) add_insides(result, features, search, count, first, overlap, seed, tolerance, asked);
+    return result;
+}
+
+}  // namespace btfield::detail
