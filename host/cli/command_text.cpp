@@ -111,7 +111,8 @@ std::vector<std::string> synopsis(const CommandText& command) {
     std::vector<std::string> parts{command.name};
     if (!command.commands.empty()) parts.emplace_back("COMMAND");
     for (const OptionText& argument : command.arguments)
-        parts.push_back(argument.value + (argument.several ? "..." : ""));
+        parts.push_back((argument.required ? "" : "[") + argument.value + (argument.several ? "..." : "") +
+                        (argument.required ? "" : "]"));
     for (const OptionGroup& group : command.groups) {
         for (const OptionText& option : group.options) {
             if (option.required) parts.push_back(option.names.front() + " " + option.value);

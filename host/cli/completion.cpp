@@ -387,7 +387,8 @@ void add_completion(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("completion", "print a script that completes btfield in a shell");
     command->group("");
     const auto options = std::make_shared<Options>();
-    add_choice(*command, "SHELL", options->shell, "which shell; devices: the words that --device takes")
+    add_choice(*command, "SHELL", options->shell,
+               "which shell: bash, zsh or fish; devices: the words that --device takes")
         ->required();
     command->add_option("-o,--output", options->output, "file to write, in place of standard output")
         ->type_name("FILE");

@@ -17,6 +17,7 @@
 #include "host/cli/command_text.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_names.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/selection_options.hpp"
 #include "host/fit/fit_names.hpp"
@@ -79,11 +80,10 @@ std::vector<FitJob> plan(const FitArguments& options) {
     }
     if (all && options.fit.choose_model) throw UsageError("--model auto: --all fits every model");
     const fs::path target = all ? options.all : options.output;
-    const bool folder = fs::is_directory(target, error);
-    if (all && !folder) throw UsageError("--all: '" + target.string() + "' is no folder");
-    if (options.pictures.size() > 1 && !folder) {
-        throw UsageError("--output: '" + target.string() + "' is no folder, as several pictures need");
-    }
+    const bool folder = is_output_folder(all ? "--all" : "--output", target.string(),
+                                         all                           ? "ten models"
+                                         : options.pictures.size() > 1 ? "several pictures"
+                                                                       : "");
     const std::vector<ModelKind> one{options.fit.model};
     const std::span<const ModelKind> kinds = all ? model_kinds() : std::span<const ModelKind>(one);
     std::vector<FitJob> jobs;
@@ -202,8 +202,8 @@ void run(const FitArguments& options) {
         if (error) bytes = to_json(job.model).size();  // a pipe or device has no size
         if (!is_valid(job.model)) {
             warn(quoted(job.output) + " is not certified at " + uncertified_levels(job.model) +
-                 ", and synth will refuse it; use --neighbourhood causal, another --order, or synth "
-                 "--allow-invalid");
+                 ", and synth will refuse it; use --estimator auto or ml, --neighbourhood causal, "
+                 "another --order, or synth --allow-invalid");
         }
         objects.push_back(job_json(job, bytes));
         text += job_text(job, bytes);

@@ -72,6 +72,7 @@ void report_text(const std::vector<Judged>& judged) {
     for (const Judged& one : judged) {
         text += one.image + ": kappa(" + number_text(one.kappa.cmax) + ") = " + number_text(one.kappa.kappa) +
                 ", verdict " + verdict(one.kappa) + " (threshold " + number_text(Kappa::threshold) + ")\n";
+        if (one.planes == 1) text += "  of one plane, 2d and 3d models are the same\n";
         if (one.hdr)
             text += "  white level " + number_text(one.kappa.white) +
                     "; the verdict is 3d for white levels below " +

@@ -1,6 +1,8 @@
 #include "host/cli/output_names.hpp"
 
-#include <string>
+#include <system_error>
+
+#include "host/cli/command.hpp"
 
 namespace btfield::cli {
 
@@ -11,6 +13,14 @@ std::filesystem::path numbered(const std::filesystem::path& path, int index, int
     name += "-" + std::string(width - digits.size(), '0') + digits;
     name += path.extension();
     return path.parent_path() / name;
+}
+
+bool is_output_folder(const std::string& option, const std::string& output, const std::string& several) {
+    std::error_code error;
+    if (std::filesystem::is_directory(output, error)) return true;
+    if (several.empty() && !output.ends_with('/')) return false;
+    throw UsageError(option + ": '" + output + "' is no folder" +
+                     (several.empty() ? "" : ", as " + several + " need") + "; make one of that name");
 }
 
 }  // namespace btfield::cli

@@ -4,10 +4,18 @@
 /// Names of several outputs.
 
 #include <filesystem>
+#include <string>
 
 namespace btfield::cli {
 
 /// "out.png" becomes "out-07.png" for picture 7 of 12: names sort as the numbers do.
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& path, int index, int count);
+
+/// Whether the output is a folder to write into.
+/// \param option named in the message
+/// \param several what needs a folder, such as "several pictures"; empty where a file will do
+/// \throws UsageError when it has to be one, for that or because its name ends in '/', and is none
+[[nodiscard]] bool is_output_folder(const std::string& option, const std::string& output,
+                                    const std::string& several = {});
 
 }  // namespace btfield::cli

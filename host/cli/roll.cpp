@@ -80,10 +80,8 @@ std::string lossless_extension(const RollJob& job) {
 /// Reads all pictures and checks all names, before any work is done.
 std::vector<RollJob> plan(const RollArguments& options) {
     const std::vector<fs::path> files = picture_files(options.images);
-    std::error_code error;
-    const bool folder = fs::is_directory(options.output, error);
-    if (files.size() > 1 && !folder)
-        throw UsageError("--output: '" + options.output + "' is no folder, as several pictures need");
+    const bool folder =
+        is_output_folder("--output", options.output, files.size() > 1 ? "several pictures" : "");
     std::vector<RollJob> jobs;
     std::set<fs::path> names;
     for (const fs::path& file : files) {
@@ -105,6 +103,7 @@ std::vector<RollJob> plan(const RollArguments& options) {
         }
         jobs.push_back(std::move(job));
     }
+    std::error_code error;
     for (const RollJob& job : jobs)
         for (const fs::path& output : job.outputs) {
             for (const RollJob& other : jobs)
@@ -231,8 +230,8 @@ void run(RollArguments options) {
         if (!job.picture.alpha.empty()) warn("'" + job.file.string() + "': its alpha is left out");
     if (clamped > 0)
         warn(std::to_string(clamped) +
-             " pixels had values outside of [0, 1] and were clamped; EXR and float TIFF "
-             "keep them");
+             " pixels had values that their format cannot hold and were clamped; EXR and "
+             "float TIFF keep them");
     double cost = 0.0, seam = 0.0;
     for (const SourceMap& map : maps) {
         cost = std::max(cost, map.cut_cost);

@@ -69,10 +69,8 @@ void about(const SynthArguments& options, const std::string& file, Work work) {
 
 /// Reads and checks all models and all names of outputs, before any work is done.
 std::vector<SynthJob> plan(const SynthArguments& options) {
-    std::error_code error;
-    const bool folder = fs::is_directory(options.output, error);
-    if (options.models.size() > 1 && !folder)
-        throw UsageError("--output: '" + options.output + "' is no folder, as several models need");
+    const bool folder =
+        is_output_folder("--output", options.output, options.models.size() > 1 ? "several models" : "");
     const int count = options.count.value_or(1);
     std::vector<SynthJob> jobs;
     std::set<fs::path> names;
@@ -170,10 +168,12 @@ std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& 
     if (count > 1) text += " to " + std::to_string(job.seeds.back());
     text += ", on " + device.info().name + "\n" + tiling_text(job, method) + "\n";
     if (job.clamped_pixels > 0) {
+        const std::string suffix = job.outputs.front().extension().string();
+        const bool hdr = suffix == ".hdr" || suffix == ".HDR";
         const double all = static_cast<double>(area(job.size)) * static_cast<double>(count);
         text += std::to_string(job.clamped_pixels) + " pixels (" +
-                number_text(100.0 * static_cast<double>(job.clamped_pixels) / all) +
-                " %) had values outside of [0, 1] and were clamped; EXR and float TIFF keep them\n";
+                number_text(100.0 * static_cast<double>(job.clamped_pixels) / all) + " %) had values " +
+                (hdr ? "below 0" : "outside of [0, 1]") + " and were clamped; EXR and float TIFF keep them\n";
     }
     text += "set-up " + seconds_text(job.setup) + ", " +
             seconds_text(job.synthesis / static_cast<double>(count)) + " per texture, write " +

@@ -71,6 +71,10 @@ ExperimentTable::Colour colour_of(const Material& material) {
         flat_values.push_back(value);
         full_values.push_back(full[picture]);
     }
+    if (flat_values.empty()) {  // nothing to compare, but to show
+        for (const auto& entry : flat) flat_values.push_back(entry.second);
+        for (const auto& entry : full) full_values.push_back(entry.second);
+    }
     colour.best_2d = cell_of(flat_values).mean;
     colour.best_3d = cell_of(full_values).mean;
     colour.gap = colour.best_2d - colour.best_3d > memd_gap_threshold;

@@ -74,9 +74,8 @@ void check_request(const TextureModel& model, Size size, const SynthesisOptions&
             throw InputError("synthesise from this " + std::string(name(model.kind)) + " model",
                              "the certificate of level " + std::to_string(k) + " fails (" +
                                  std::to_string(model.levels[k].certificate.zeros) +
-                                 " zeros of det Λ): the texture's variance would have nothing to do with the "
-                                 "picture's",
-                             "fit with a causal neighbourhood or --model 3d-car, or insist with "
+                                 " zeros of det Λ): the texture would not have the statistics that were fitted",
+                             "fit with --estimator auto or ml, or with a causal neighbourhood, or insist with "
                              "--allow-invalid");
 }
 
