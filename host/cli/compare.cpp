@@ -15,7 +15,7 @@ struct CompareArguments {
     bool json = false;
 };
 
-void report_json(const Comparison& comparison, const std::vector<double>& quantile_errors) {
+void report_json(const Comparison& comparison, const std::vector<double>& quantile_errors, double structure) {
     Json planes = Json::array();
     for (std::size_t i = 0; i < comparison.planes.size(); ++i) {
         const Comparison::Plane& plane = comparison.planes[i];
@@ -30,10 +30,11 @@ void report_json(const Comparison& comparison, const std::vector<double>& quanti
     object["planes"] = std::move(planes);
     object["lag_covariance_error"] = number(comparison.lag_covariance_error);
     object["spectral_covariance_error"] = number(comparison.spectral_covariance_error);
+    object["structure_distance"] = number(structure);
     emit_json(object);
 }
 
-void report_text(const Comparison& comparison, const std::vector<double>& quantile_errors) {
+void report_text(const Comparison& comparison, const std::vector<double>& quantile_errors, double structure) {
     std::vector<std::vector<std::string>> rows{
         {"plane", "mean A", "mean B", "std A", "std B", "std B/A", "quantile error"}};
     for (std::size_t i = 0; i < comparison.planes.size(); ++i) {
@@ -44,7 +45,9 @@ void report_text(const Comparison& comparison, const std::vector<double>& quanti
     }
     emit_text(table(rows, "r") + "lag covariance error " + number_text(comparison.lag_covariance_error) +
               ", spectral covariance error " + number_text(comparison.spectral_covariance_error) +
-              " of A's; quantile errors in A's standard deviations\n");
+              " of A's; quantile errors in A's standard deviations\nstructure distance " +
+              number_text(structure) +
+              " of A's standard deviations: how far the patches of both are apart\n");
 }
 
 void run(const CompareArguments& options) {
@@ -52,10 +55,11 @@ void run(const CompareArguments& options) {
     const Image b = read_picture(options.b).image;
     const Comparison comparison = compare(a, b);
     const std::vector<double> errors = quantile_errors(a, b);
+    const double structure = structure_distance(a, b);
     if (options.json) {
-        report_json(comparison, errors);
+        report_json(comparison, errors, structure);
     } else {
-        report_text(comparison, errors);
+        report_text(comparison, errors, structure);
     }
 }
 

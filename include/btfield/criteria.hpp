@@ -35,6 +35,12 @@ struct Comparison {
 /// \throws InputError as compare() does
 [[nodiscard]] BTFIELD_API std::vector<double> quantile_errors(const Image& a, const Image& b);
 
+/// What covariances and histograms do not see (theory 15.5): how far the 8 × 8 patches of the pictures are
+/// apart, at three scales, in A's deviations. 0 for the same picture; halves of one texture have 0.02 to 0.1,
+/// random fields of pictures with shapes 0.1 to 0.3. Sizes may differ. NaN where a side is below 8.
+/// \throws InputError as compare() does
+[[nodiscard]] BTFIELD_API double structure_distance(const Image& a, const Image& b);
+
 /// Spectral decorrelation criterion κ(c) = det(Σ) / cⁿ (theory 15.1; P4 eq. 49), n = d planes, Σ the spectral
 /// covariance in units where white is c.
 struct Kappa {

@@ -20,6 +20,7 @@ TEST(CliCompare, APictureWithItself) {
     const json same = expect_object({"compare", picture, picture});
     EXPECT_EQ(same["lag_covariance_error"], 0.0);
     EXPECT_EQ(same["planes"][0]["quantile_error"], 0.0);
+    EXPECT_EQ(same["structure_distance"], 0.0);
 }
 
 }  // namespace
