@@ -25,6 +25,7 @@ void add_all() {
     add_synthesis();
     add_experiment();
     add_memd();
+    add_roller();
 }
 
 namespace {

@@ -25,6 +25,7 @@ void add_causal_recursion();
 void add_synthesis();
 void add_experiment();
 void add_memd();
+void add_roller();
 void add_all();
 
 /// The device of $BTFIELD_DEVICE, else the best; opened once.

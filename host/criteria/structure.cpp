@@ -34,8 +34,8 @@ class Random {
     std::mt19937_64 engine_;
 };
 
-/// Columns are directions in the space of patches, [plane][row][column]: every other one smooth, so that edges
-/// and blobs count and not only grain.
+/// Columns are directions in the space of patches, [plane][row][column]: every other one smooth, so that
+/// edges and blobs count and not only grain.
 RowMajorMatrix patch_directions(int planes, Random& random) {
     constexpr int pixels = patch_side * patch_side;
     RowMajorMatrix result(planes * pixels, directions);
@@ -49,8 +49,10 @@ RowMajorMatrix patch_directions(int planes, Random& random) {
                 for (int i = 0; i < pixels; ++i) {
                     const int place = i / stride % patch_side, begin = i - place * stride;
                     double sum = 0.0;
-                    for (const int step : {patch_side - 1, 0, 1})
-                        sum += from[static_cast<size_t>(begin + (place + step) % patch_side * stride)];
+                    for (const int step : {patch_side - 1, 0, 1}) {
+                        const int at = begin + (place + step) % patch_side * stride;
+                        sum += from[static_cast<size_t>(at)];
+                    }
                     result(p * pixels + i, k) = sum / 3.0;
                 }
             }
