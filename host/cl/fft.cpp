@@ -94,9 +94,9 @@ class LaneFft : public Fft {
                       Grain::coarse, patches, in_re, in_im, roots_y_, size_.height, patch.height, patch.width,
                       pitch_in);
         device.launch(kernel(device, "fft_columns_correlate", size_.width, 1),
-                      {groups(size_.height / 2 + 1, width), patches_count}, Grain::coarse, in_re, in_im,
-                      sample.re, sample.im, re, im, roots_x_, size_.width, size_.height, planes, patch.width,
-                      pitch_in, spectrum_pitch(size_.height), pitch_x_);
+                      {patches_count, groups(size_.height / 2 + 1, width)}, Grain::coarse, in_re, in_im,
+                      sample.re, sample.im, re, im, roots_x_, size_.width, size_.height, count, planes,
+                      patch.width, pitch_in, spectrum_pitch(size_.height), pitch_x_);
         device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
                       {groups(size_.width, 2 * width), patches_count}, Grain::coarse, re, im, scores,
                       roots_y_, size_.height, size_.width, pitch_x_);

@@ -5,11 +5,42 @@
 #include <limits>
 
 #include "host/base/parallel.hpp"
+#include "host/base/wide.hpp"
 
 namespace btfield::detail {
 namespace {
 
 using std::size_t;
+
+/// to ← weights (energies + known + scale · scores); `to` may begin at or before `scores`.
+BTFIELD_WIDE void weighted_differences(const float* scores, const float* energies, const float* weights,
+                                       float known, float scale, size_t count, float* to) {
+    for (size_t i = 0; i < count; ++i) to[i] = weights[i] * (energies[i] + known + scale * scores[i]);
+}
+
+BTFIELD_WIDE float least_of(const float* values, size_t count) {
+    constexpr size_t lanes = 32;
+    float least[lanes];
+    std::fill_n(least, lanes, std::numeric_limits<float>::infinity());
+    size_t i = 0;
+    for (; i + lanes <= count; i += lanes)
+        for (size_t l = 0; l < lanes; ++l) least[l] = values[i + l] < least[l] ? values[i + l] : least[l];
+    for (; i < count; ++i) least[0] = std::min(least[0], values[i]);
+    return *std::min_element(least, least + lanes);
+}
+
+/// Places of the values that are not above the limit, few of many.
+BTFIELD_WIDE void not_above(const float* values, size_t count, float limit, std::vector<size_t>& places) {
+    constexpr size_t block = 64;
+    for (size_t begin = 0; begin < count; begin += block) {
+        const size_t end = std::min(count, begin + block);
+        int found = 0;
+        for (size_t i = begin; i < end; ++i) found += values[i] <= limit ? 1 : 0;
+        if (found == 0) continue;
+        for (size_t i = begin; i < end; ++i)
+            if (values[i] <= limit) places.push_back(i);
+    }
+}
 
 /// Makes positions around the centres the worst, unless these are all that there are.
 void exclude(const std::vector<Position>& centres, int radius, int rows, int columns,
@@ -109,7 +140,7 @@ std::int64_t BlockSearch::difference(const BlockQuery& query, Size patch, Positi
 }
 
 Position BlockSearch::choose(const BlockQuery& query, Size patch, int radius, double tolerance,
-                             const Energy& energy, std::span<const float> weights,
+                             const Energy& energy, const PositionWeights& weights,
                              std::span<float> scores) const {
     const int rows = features_->size.height - patch.height + 1,
               columns = features_->size.width - patch.width + 1;
@@ -122,44 +153,41 @@ Position BlockSearch::choose(const BlockQuery& query, Size patch, int radius, do
 
     // Squared differences about as they are, in order of position.
     const size_t count = static_cast<size_t>(rows) * static_cast<size_t>(columns);
-    const float scale = -2.0F / static_cast<float>(area(lattice_)), squares = static_cast<float>(known);
     for (int r = 0; r < rows; ++r) {
-        const float* from = scores.data() + static_cast<size_t>(r) * static_cast<size_t>(lattice_.width);
-        const float* energies = energy.values.data() + static_cast<size_t>(r) * static_cast<size_t>(columns);
-        float* to = scores.data() + static_cast<size_t>(r) * static_cast<size_t>(columns);
-        for (int c = 0; c < columns; ++c) to[c] = energies[c] + squares + scale * from[c];
+        const size_t to = static_cast<size_t>(r) * static_cast<size_t>(columns);
+        weighted_differences(scores.data() + static_cast<size_t>(r) * static_cast<size_t>(lattice_.width),
+                             energy.values.data() + to, weights.values.data() + to, static_cast<float>(known),
+                             -2.0F / static_cast<float>(area(lattice_)), static_cast<size_t>(columns),
+                             scores.data() + to);
     }
     const std::span<float> all = scores.first(count);
-    if (!weights.empty())
-        for (size_t i = 0; i < count; ++i) all[i] *= weights[i];
     exclude(query.excluded, radius, rows, columns, all);
-    const float least = *std::min_element(all.begin(), all.end());
 
     // Rounding of a correlation by transforms: Gentleman and Sande (1966), as in the tests of the transform,
     // three of them one after the other; then that of sums in float32.
     const double unit = std::numeric_limits<float>::epsilon();
-    const double largest_weight =
-        weights.empty() ? 1.0 : static_cast<double>(*std::max_element(weights.begin(), weights.end()));
     const double bound =
-        largest_weight *
+        static_cast<double>(weights.largest) *
         (6.0 * unit * (4.0 + std::log2(static_cast<double>(area(lattice_)))) * norm_ * std::sqrt(known) +
          8.0 * unit * (static_cast<double>(energy.largest) + known));
     const auto exact = [&](size_t position) {
-        const double weight = weights.empty() ? 1.0 : static_cast<double>(weights[position]);
-        return weight * static_cast<double>(difference(query, patch, place(position)));
+        return static_cast<double>(weights.values[position]) *
+               static_cast<double>(difference(query, patch, place(position)));
     };
 
+    // The least is not above this, so neither is what the tolerance admits.
+    const double least = static_cast<double>(least_of(all.data(), count)) + bound;
+    std::vector<size_t> candidates;
+    not_above(all.data(), count, static_cast<float>((1.0 + tolerance) * least + bound), candidates);
     double best = std::numeric_limits<double>::infinity();
-    const auto reach = static_cast<float>(static_cast<double>(least) + 2.0 * bound);
-    for (size_t i = 0; i < count && best > 0.0; ++i)
-        if (all[i] <= reach) best = std::min(best, exact(i));
+    for (const size_t i : candidates)
+        if (best > 0.0 && static_cast<double>(all[i]) <= least + bound) best = std::min(best, exact(i));
     const double most = (1.0 + tolerance) * best;
 
     // Those that may be within the tolerance, in the order that the key gives: the first that is.
-    const auto limit = static_cast<float>(most + bound);
     std::vector<std::pair<std::uint64_t, size_t>> order;
-    for (size_t i = 0; i < count; ++i)
-        if (all[i] <= limit) order.emplace_back(draw(query.key, i), i);
+    for (const size_t i : candidates)
+        if (static_cast<double>(all[i]) <= most + bound) order.emplace_back(draw(query.key, i), i);
     std::sort(order.begin(), order.end());
     for (const auto& [number, position] : order)
         if (exact(position) <= most) return place(position);
@@ -167,12 +195,17 @@ Position BlockSearch::choose(const BlockQuery& query, Size patch, int radius, do
 }
 
 std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Size patch, int radius,
-                                        double tolerance, std::span<const float> weights) {
+                                        double tolerance, const PositionWeights* weights) {
     std::vector<Position> found(queries.size());
     const int rows = features_->size.height - patch.height + 1,
               columns = features_->size.width - patch.width + 1;
     const auto positions = static_cast<size_t>(rows) * static_cast<size_t>(columns);
     const size_t values = area(patch) * static_cast<size_t>(features_->planes);
+    PositionWeights ones;
+    if (weights == nullptr) {
+        ones.values.assign(positions, 1.0F);
+        weights = &ones;
+    }
     std::vector<const Energy*> energies(queries.size());
     for (size_t i = 0; i < queries.size(); ++i) energies[i] = &energy(patch, queries[i].strips);
 
@@ -195,8 +228,8 @@ std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Siz
         device_->ffts()
             .plan(*device_, lattice_, device_->options().fft)
             .correlate(*device_, patches, patch, static_cast<int>(n), features_->planes, spectrum_, scores);
-        std::vector<float> host(n * area(lattice_));
-        device_->read(scores, host.data(), sizeof(float) * host.size());
+        host_scores_.resize(batch * area(lattice_));
+        device_->read(scores, host_scores_.data(), sizeof(float) * n * area(lattice_));
         for_each_block(static_cast<int>(n), [&](int i) {
             const size_t at = start + static_cast<size_t>(i);
             if (!queries[at].strips.any()) {
@@ -205,9 +238,9 @@ std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Siz
                              static_cast<int>(position % static_cast<size_t>(columns))};
                 return;
             }
-            found[at] =
-                choose(queries[at], patch, radius, tolerance, *energies[at], weights,
-                       std::span(host).subspan(static_cast<size_t>(i) * area(lattice_), area(lattice_)));
+            found[at] = choose(
+                queries[at], patch, radius, tolerance, *energies[at], *weights,
+                std::span(host_scores_).subspan(static_cast<size_t>(i) * area(lattice_), area(lattice_)));
         });
     }
     return found;

@@ -23,6 +23,12 @@ struct BlockQuery {
     std::uint64_t key = 0;            ///< decides among what the tolerance admits
 };
 
+/// What squared differences are multiplied by, by position, [row][column].
+struct PositionWeights {
+    std::vector<float> values;
+    float largest = 1.0F;
+};
+
 class BlockSearch {
   public:
     /// \param features outlive the search
@@ -31,9 +37,9 @@ class BlockSearch {
     /// For each query, a position whose squared difference in the strips is at most (1 + tolerance) times the
     /// least: the one that the key makes first. All of the sample where the strips are empty.
     /// \param radius positions nearer than this to an excluded one, along both axes, are excluded
-    /// \param weights of the squared differences, by position, [row][column]; none: all 1
+    /// \param weights null: all 1
     [[nodiscard]] std::vector<Position> find(std::span<const BlockQuery> queries, Size patch, int radius,
-                                             double tolerance, std::span<const float> weights = {});
+                                             double tolerance, const PositionWeights* weights = nullptr);
 
   private:
     struct Energy {
@@ -42,7 +48,7 @@ class BlockSearch {
     };
     const Energy& energy(Size patch, const Strips& strips);
     [[nodiscard]] Position choose(const BlockQuery& query, Size patch, int radius, double tolerance,
-                                  const Energy& energy, std::span<const float> weights,
+                                  const Energy& energy, const PositionWeights& weights,
                                   std::span<float> scores) const;
     [[nodiscard]] std::int64_t difference(const BlockQuery& query, Size patch, Position at) const;
 
@@ -53,6 +59,7 @@ class BlockSearch {
     double norm_ = 0.0;               ///< √ Σ sample²
     std::vector<std::int64_t> sums_;  ///< Σ sample² above and left of [row][column], (H + 1) × (W + 1)
     std::map<std::tuple<int, int, Strips>, Energy> energies_;
+    std::vector<float> host_scores_;
 };
 
 }  // namespace btfield::detail

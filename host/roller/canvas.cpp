@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "host/base/parallel.hpp"
 #include "host/roller/minimum_cut.hpp"
 
 namespace btfield::detail {
@@ -68,23 +69,35 @@ SourceMap Canvas::finished(const Cost& cost) && {
 }
 
 double Canvas::seam(const std::vector<std::uint32_t>& source) const {
-    double across = 0.0, inside = 0.0;
-    std::int64_t cuts = 0, others = 0;
-    const auto add = [&](std::uint32_t a, std::uint32_t b, bool neighbours) {
-        const double step = std::sqrt(static_cast<double>(features_->distance(a, b)));
-        (neighbours ? inside : across) += step;
-        ++(neighbours ? others : cuts);
+    struct Steps {
+        double across = 0.0, inside = 0.0;
+        std::int64_t cuts = 0, others = 0;
     };
+    std::vector<Steps> of_row(static_cast<size_t>(size_.height));
     const auto width = static_cast<std::uint32_t>(features_->size.width);
-    for (int r = 0; r < size_.height; ++r)
+    for_each_block(size_.height, [&](int r) {
+        Steps& steps = of_row[static_cast<size_t>(r)];
+        const auto add = [&](std::uint32_t a, std::uint32_t b, bool neighbours) {
+            const double step = std::sqrt(static_cast<double>(features_->distance(a, b)));
+            (neighbours ? steps.inside : steps.across) += step;
+            ++(neighbours ? steps.others : steps.cuts);
+        };
         for (int c = 0; c < size_.width; ++c) {
             const std::uint32_t a = source[index(r, c)];
             const std::uint32_t right = source[index(r, c + 1)], below = source[index(r + 1, c)];
             add(a, right, right == a + 1 && right % width != 0);
             add(a, below, below == a + width);
         }
-    if (cuts == 0 || others == 0 || inside == 0.0) return 0.0;
-    return across / static_cast<double>(cuts) / (inside / static_cast<double>(others));
+    });
+    Steps all;
+    for (const Steps& steps : of_row) {
+        all.across += steps.across;
+        all.inside += steps.inside;
+        all.cuts += steps.cuts;
+        all.others += steps.others;
+    }
+    if (all.cuts == 0 || all.others == 0 || all.inside == 0.0) return 0.0;
+    return all.across / static_cast<double>(all.cuts) / (all.inside / static_cast<double>(all.others));
 }
 
 }  // namespace btfield::detail

@@ -109,8 +109,7 @@ class Usage {
         ++patches_;
     }
 
-    /// Of squared differences, by position.
-    [[nodiscard]] std::vector<float> weights() const {
+    [[nodiscard]] PositionWeights weights() const {
         const size_t pitch = static_cast<size_t>(sample_.width) + 1;
         std::vector<std::int64_t> sums((static_cast<size_t>(sample_.height) + 1) * pitch, 0);
         for (int r = 0; r < sample_.height; ++r) {
@@ -124,16 +123,20 @@ class Usage {
         const double pixels = static_cast<double>(area(patch_));
         const double mean = static_cast<double>(patches_) * pixels / static_cast<double>(area(sample_));
         const double scale = usage_price / (pixels * (1.0 + mean));
-        std::vector<float> result;
-        for (int r = 0; r + patch_.height <= sample_.height; ++r) {
+        const int rows = sample_.height - patch_.height + 1, columns = sample_.width - patch_.width + 1;
+        PositionWeights result;
+        result.values.resize(static_cast<size_t>(rows) * static_cast<size_t>(columns));
+        for_each_block(rows, [&](int r) {
             const std::int64_t *top = sums.data() + static_cast<size_t>(r) * pitch,
                                *bottom = top + static_cast<size_t>(patch_.height) * pitch;
-            for (int c = 0; c + patch_.width <= sample_.width; ++c) {
+            float* to = result.values.data() + static_cast<size_t>(r) * static_cast<size_t>(columns);
+            for (int c = 0; c < columns; ++c) {
                 const int end = c + patch_.width;
-                result.push_back(static_cast<float>(
-                    1.0 + scale * static_cast<double>(bottom[end] - bottom[c] - top[end] + top[c])));
+                to[c] = static_cast<float>(
+                    1.0 + scale * static_cast<double>(bottom[end] - bottom[c] - top[end] + top[c]));
             }
-        }
+        });
+        result.largest = *std::max_element(result.values.begin(), result.values.end());
         return result;
     }
 
@@ -164,8 +167,9 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
             queries[n] = query(canvas, down, right, chosen, turn[n]);
             queries[n].key = draw(seed, index(right, turn[n]));
         });
+        const PositionWeights weights = usage.weights();
         const std::vector<Position> found =
-            search.find(queries, patch, std::max(1, block / 4), tolerance, usage.weights());
+            search.find(queries, patch, std::max(1, block / 4), tolerance, &weights);
         std::vector<Cost> costs(turn.size());
         for_each_block(static_cast<int>(turn.size()), [&](int i) {
             const auto n = static_cast<size_t>(i);

@@ -343,15 +343,15 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
 // Between forward pass 1 of patches and inverse pass 2 of scores, length W: patches (mid_re, mid_im), [patch][plane][ky] with
 // rows of `columns_in` values and pitch_in floats, and the sample's spectrum (re, im) → Σ_planes sample · conj(patch), inverse
 // pass 1 done, (out_re, out_im), [patch][ky]. For the +1 transform: it makes the conjugate of a forward one from conjugates.
-// Work-item (vector of ky, patch).
+// Work-item (patch, vector of ky): patches one after the other find the sample's spectrum in the cache.
 __kernel void fft_columns_correlate(__global const float* mid_re, __global const float* mid_im, __global const float* re,
                                     __global const float* im, __global float* out_re, __global float* out_im,
-                                    __global const float2* tw, int length, int height, int planes, int columns_in,
-                                    int pitch_in, int pitch_ky, int pitch_x) {
-    const int ky = (int)get_global_id(0) * VW;
-    const int patch = (int)get_global_id(1);
+                                    __global const float2* tw, int length, int height, int patches, int planes,
+                                    int columns_in, int pitch_in, int pitch_ky, int pitch_x) {
+    const int patch = (int)get_global_id(0);
+    const int ky = (int)get_global_id(1) * VW;
     const int rows = height / 2 + 1;
-    if (ky >= rows) return;
+    if (patch >= patches) return;
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM], sum_re[ROOM], sum_im[ROOM];
     float* xr = (float*)ar;
     float* xi = (float*)ai;

@@ -132,16 +132,17 @@ TEST(BlockSearch, WeightsCount) {
     const Size patch{12, 10};
     const BlockQuery query = query_at(sample, patch, {8, 30}, {3, 3, 0, 3}, 60);
     const std::vector<std::int64_t> all = all_differences(sample, query, patch, 1);
-    std::vector<float> weights;
+    PositionWeights weights;
     for (std::size_t i = 0; i < all.size(); ++i)
-        weights.push_back(i == 8 * 43 + 30 ? 1e4F : static_cast<float>(1 + i * i % 50));
+        weights.values.push_back(i == 8 * 43 + 30 ? 1e4F : static_cast<float>(1 + i * i % 50));
+    weights.largest = 1e4F;
     std::size_t expected = 0;
     const auto weighted = [&](std::size_t i) {
-        return static_cast<double>(weights[i]) * static_cast<double>(all[i]);
+        return static_cast<double>(weights.values[i]) * static_cast<double>(all[i]);
     };
     for (std::size_t i = 0; i < all.size(); ++i)
         if (weighted(i) < weighted(expected)) expected = i;
-    const Position found = search.find({&query, 1}, patch, 1, 0.0, weights).front();
+    const Position found = search.find({&query, 1}, patch, 1, 0.0, &weights).front();
     EXPECT_EQ(static_cast<std::size_t>(found.row * (52 - 10 + 1) + found.column), expected);
     EXPECT_NE(found, search.find({&query, 1}, patch, 1, 0.0).front());
 }
