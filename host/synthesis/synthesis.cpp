@@ -71,12 +71,13 @@ void check_request(const TextureModel& model, Size size, const SynthesisOptions&
     if (options.allow_invalid) return;
     for (std::size_t k = 0; k < model.levels.size(); ++k)
         if (!model.levels[k].certificate.valid)
-            throw InputError("synthesise from this " + std::string(name(model.kind)) + " model",
-                             "the certificate of level " + std::to_string(k) + " fails (" +
-                                 std::to_string(model.levels[k].certificate.zeros) +
-                                 " zeros of det Λ): the texture would not have the statistics that were fitted",
-                             "fit with --estimator auto or ml, or with a causal neighbourhood, or insist with "
-                             "--allow-invalid");
+            throw InputError(
+                "synthesise from this " + std::string(name(model.kind)) + " model",
+                "the certificate of level " + std::to_string(k) + " fails (" +
+                    std::to_string(model.levels[k].certificate.zeros) +
+                    " zeros of det Λ): the texture would not have the statistics that were fitted",
+                "fit with --estimator auto or ml, or with a causal neighbourhood, or insist with "
+                "--allow-invalid");
 }
 
 /// Lower and upper half of each seed, as the kernels take them.
