@@ -217,6 +217,7 @@ void run(RollArguments options) {
         if (options.tile) {
             maps = roller.tiles(options.tiles.value_or(1), options.size, options.roller);
         } else {
+            options.roller.progress = [&](double laid) { bar.show(laid, "quilt"); };
             maps.push_back(roller.quilt(*options.size, options.roller));
         }
     }

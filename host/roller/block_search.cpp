@@ -206,13 +206,16 @@ std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Siz
         ones.values.assign(positions, 1.0F);
         weights = &ones;
     }
+    constexpr size_t kept_bytes = size_t{256} << 20;
+    if (energies_.size() * positions * sizeof(float) > kept_bytes) energies_.clear();
     std::vector<const Energy*> energies(queries.size());
     for (size_t i = 0; i < queries.size(); ++i) energies[i] = &energy(patch, queries[i].strips);
 
-    // As many at a time as the caches and the device's buffers hold.
-    const size_t bytes = sizeof(float) * (area(lattice_) + values) + 1;
-    const size_t batch = std::clamp<size_t>(
-        device_->largest_allocation() / (8 * static_cast<size_t>(features_->planes) * bytes), 1, 16);
+    // As many at a time as keep memory in bounds; each takes about this for every plane and for its scores.
+    constexpr size_t batch_bytes = size_t{64} << 20;
+    const size_t bytes = sizeof(float) * (2 * area(lattice_) + values);
+    const size_t batch =
+        std::clamp<size_t>(std::min(batch_bytes, device_->largest_allocation() / 8) / bytes, 1, 16);
     for (size_t start = 0; start < queries.size(); start += batch) {
         const size_t n = std::min(batch, queries.size() - start);
         std::vector<float> known(n * values);

@@ -152,7 +152,7 @@ class Usage {
 }  // namespace
 
 SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, int block, int overlap,
-                     std::uint64_t seed, double tolerance) {
+                     const RollerOptions& options) {
     const Row down(size.height, block, overlap), right(size.width, block, overlap);
     const Size patch{down.side, right.side};
     Canvas canvas(features, size);
@@ -160,16 +160,17 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
                                                 static_cast<size_t>(right.count()));
     Usage usage(features.size, patch);
     Cost cost;
+    size_t laid = 0;
     for (const std::vector<Block>& turn : turns(down.count(), right.count())) {
         std::vector<BlockQuery> queries(turn.size());
         for_each_block(static_cast<int>(turn.size()), [&](int i) {
             const auto n = static_cast<size_t>(i);
             queries[n] = query(canvas, down, right, chosen, turn[n]);
-            queries[n].key = draw(seed, index(right, turn[n]));
+            queries[n].key = draw(options.seed, index(right, turn[n]));
         });
         const PositionWeights weights = usage.weights();
         const std::vector<Position> found =
-            search.find(queries, patch, std::max(1, block / 4), tolerance, &weights);
+            search.find(queries, patch, std::max(1, block / 4), options.tolerance, &weights);
         std::vector<Cost> costs(turn.size());
         for_each_block(static_cast<int>(turn.size()), [&](int i) {
             const auto n = static_cast<size_t>(i);
@@ -180,6 +181,9 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
             usage.add(found[n]);
             cost += costs[n];
         }
+        laid += turn.size();
+        if (options.progress)
+            options.progress(static_cast<double>(laid) / static_cast<double>(chosen.size()));
     }
     return std::move(canvas).finished(cost);
 }

@@ -80,7 +80,7 @@ SourceMap Roller::quilt(Size size, const RollerOptions& options) {
                          "an overlap of " + std::to_string(overlap) + " pixels between patches of " +
                              std::to_string(block),
                          "give one from 2 to half of the patches' side");
-    return make_quilt(impl_->features, impl_->search, size, block, overlap, options.seed, options.tolerance);
+    return make_quilt(impl_->features, impl_->search, size, block, overlap, options);
 }
 
 SourceMap Roller::tile(std::optional<Size> size, const RollerOptions& options) {

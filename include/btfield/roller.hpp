@@ -5,6 +5,7 @@
 /// on a torus such that they overlap, and cut where they differ least.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -45,6 +46,9 @@ struct RollerOptions {
     /// Patches are drawn among those whose squared difference to what lies there is at most this much larger,
     /// relatively, than the least.
     double tolerance = 0.1;
+    /// Called by quilt() now and then with the share of the patches that are laid, in the caller's thread;
+    /// what it throws ends the work.
+    std::function<void(double)> progress;
 };
 
 /// Cuts one sample. Patches are compared on the planes of all its pictures, whose variances count alike, in

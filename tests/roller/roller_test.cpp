@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <stdexcept>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
@@ -142,6 +143,21 @@ TEST(Roller, UnitsOfAPictureDoNotMatter) {
     const SourceMap map = Roller(device, sample).quilt({128, 128});
     for (float& value : sample[1].values()) value = 1024.0F * value;
     EXPECT_EQ(map.source, Roller(device, sample).quilt({128, 128}).source);
+}
+
+TEST(Roller, TellsHowFarItIs) {
+    Device device;
+    const Image sample = test::mixed_texture({40, 40}, 1, 5);
+    Roller roller(device, std::span(&sample, 1));
+    std::vector<double> shares;
+    RollerOptions options;
+    options.progress = [&](double share) { shares.push_back(share); };
+    (void)roller.quilt({100, 80}, options);
+    ASSERT_GT(shares.size(), 3U);
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    EXPECT_EQ(shares.back(), 1.0);
+    options.progress = [](double) { throw std::runtime_error("enough"); };
+    EXPECT_THROW((void)roller.quilt({100, 80}, options), std::runtime_error);
 }
 
 TEST(Roller, SeedsDecide) {
