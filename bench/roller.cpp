@@ -52,10 +52,17 @@ Cuts cuts(const Image& picture, const std::vector<std::uint32_t>& source, Size s
     return result;
 }
 
+RollerOptions options_of(int block, int overlap) {
+    RollerOptions options;
+    options.block = block;
+    options.overlap = overlap;
+    return options;
+}
+
 /// Both draw at random: their quilts are alike in what their cuts cost and in how many there are.
 void check_peer(Size size, int block, int overlap) {
     Sample sample;
-    const SourceMap here = sample.roller.quilt(size, {.block = block, .overlap = overlap});
+    const SourceMap here = sample.roller.quilt(size, options_of(block, overlap));
     const std::vector<std::uint32_t> there = peer::Roller(sample.picture, block, overlap).quilt(size, 0);
     must_agree(static_cast<double>(area(size)), static_cast<double>(there.size()), 0.0, "pixels of a quilt");
     double outside = 0.0;
@@ -73,7 +80,7 @@ void add_quilt(const std::string& name, int side, int block, int overlap, bool w
     const Work work{.items = static_cast<double>(area(size))};
     add(name, [=] {
         const auto sample = std::make_shared<Sample>();
-        const RollerOptions options{.block = block, .overlap = overlap};
+        const RollerOptions options = options_of(block, overlap);
         return std::pair(work, std::function<void()>([sample, size, options] {
                              benchmark::DoNotOptimize(sample->roller.quilt(size, options).source.data());
                          }));
