@@ -8,6 +8,7 @@
 #include <string>
 
 #include "btfield/image_io.hpp"
+#include "host/cli/output_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -24,9 +25,7 @@ constexpr std::array<Colour, 6> ramp{{{0.00F, 0.00F, 0.02F},
 constexpr Colour not_there{1.0F, 0.0F, 1.0F};
 
 bool holds_values(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = lower_extension(path);
     return extension == ".exr" || extension == ".tif" || extension == ".tiff";
 }
 

@@ -51,9 +51,7 @@ std::string quoted(const fs::path& path) {
 bool is_picture_name(const fs::path& path) {
     static const std::set<std::string> extensions{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr",
                                                   ".hdr", ".pgm", ".ppm",  ".pnm", ".bmp",  ".gif"};
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extensions.count(extension) == 1;
+    return extensions.contains(lower_extension(path));
 }
 
 /// Refuses what would overwrite a picture, and what cannot be written.

@@ -6,6 +6,13 @@
 
 namespace btfield::cli {
 
+std::string lower_extension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return extension;
+}
+
 std::filesystem::path numbered(const std::filesystem::path& path, int index, int count) {
     const std::string digits = std::to_string(index);
     const std::size_t width = std::to_string(count - 1).size();

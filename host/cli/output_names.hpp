@@ -1,12 +1,15 @@
 #pragma once
 
 /// \file
-/// Names of several outputs.
+/// Names of pictures and of outputs.
 
 #include <filesystem>
 #include <string>
 
 namespace btfield::cli {
+
+/// ".png" of "OUT.PNG".
+[[nodiscard]] std::string lower_extension(const std::filesystem::path& path);
 
 /// "out.png" becomes "out-07.png" for picture 7 of 12: names sort as the numbers do.
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& path, int index, int count);

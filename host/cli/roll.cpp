@@ -55,10 +55,8 @@ std::vector<fs::path> picture_files(const std::vector<std::string>& names) {
         }
         std::set<fs::path> inside;
         for (const fs::directory_entry& entry : fs::directory_iterator(name, error)) {
-            std::string extension = entry.path().extension().string();
-            for (char& c : extension)
-                if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-            if (entry.is_regular_file(error) && extensions.contains(extension)) inside.insert(entry.path());
+            if (entry.is_regular_file(error) && extensions.contains(lower_extension(entry.path())))
+                inside.insert(entry.path());
         }
         if (inside.empty())
             throw InputError("read the pictures in '" + name + "'", "there are none",
@@ -68,11 +66,10 @@ std::vector<fs::path> picture_files(const std::vector<std::string>& names) {
     return files;
 }
 
-/// The picture's own format where it keeps every value.
+/// The picture's own format where it keeps every value and can be written.
 std::string lossless_extension(const RollJob& job) {
-    std::string own = job.file.extension().string();
-    static const std::set<std::string> lossy{".jpg", ".jpeg", ".JPG", ".JPEG", ".Jpg", ".Jpeg"};
-    if (!lossy.contains(own)) return own;
+    static const std::set<std::string> kept{".png", ".tif", ".tiff", ".exr", ".hdr", ".pgm", ".ppm", ".pnm"};
+    if (kept.contains(lower_extension(job.file))) return job.file.extension().string();
     const int planes = job.picture.image.planes();
     return planes == 1 || planes == 3 ? ".png" : ".tif";
 }
@@ -139,7 +136,7 @@ std::uintmax_t write(const std::vector<RollJob>& jobs, const std::vector<SourceM
     for (const RollJob& job : jobs)
         for (std::size_t i = 0; i < maps.size(); ++i) {
             const fs::path& output = job.outputs[i];
-            const bool exr = output.extension() == ".exr" || output.extension() == ".EXR";
+            const bool exr = lower_extension(output) == ".exr";
             // A float EXR becomes one of halves unless its type is asked for.
             const auto type = exr && job.picture.type == PixelType::float32
                                   ? std::optional(PixelType::float32)

@@ -168,8 +168,7 @@ std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& 
     if (count > 1) text += " to " + std::to_string(job.seeds.back());
     text += ", on " + device.info().name + "\n" + tiling_text(job, method) + "\n";
     if (job.clamped_pixels > 0) {
-        const std::string suffix = job.outputs.front().extension().string();
-        const bool hdr = suffix == ".hdr" || suffix == ".HDR";
+        const bool hdr = lower_extension(job.outputs.front()) == ".hdr";
         const double all = static_cast<double>(area(job.size)) * static_cast<double>(count);
         text += std::to_string(job.clamped_pixels) + " pixels (" +
                 number_text(100.0 * static_cast<double>(job.clamped_pixels) / all) + " %) had values " +

@@ -32,6 +32,7 @@ BTFIELD_WIDE float least_of(const float* values, size_t count) {
 /// Places of the values that are not above the limit, few of many.
 BTFIELD_WIDE void not_above(const float* values, size_t count, float limit, std::vector<size_t>& places) {
     constexpr size_t block = 64;
+    limit = std::min(limit, std::numeric_limits<float>::max());  // what is excluded is infinite
     for (size_t begin = 0; begin < count; begin += block) {
         const size_t end = std::min(count, begin + block);
         int found = 0;
@@ -65,24 +66,22 @@ void exclude(const std::vector<Position>& centres, int radius, int rows, int col
 BlockSearch::BlockSearch(DeviceImpl& device, const Features& features)
     : device_(&device),
       features_(&features),
-      lattice_{next_fft_size(features.size.height), next_fft_size(features.size.width)} {
+      lattice_{next_fft_size(features.size.height), next_fft_size(features.size.width)},
+      squares_(features.size, [&](int r, int c) {
+          const std::int16_t* pixel = features.at(r, c);
+          std::int64_t sum = 0;
+          for (int p = 0; p < features.planes; ++p) sum += std::int64_t{pixel[p]} * pixel[p];
+          return sum;
+      }) {
     const auto h = static_cast<size_t>(features.size.height), w = static_cast<size_t>(features.size.width),
                d = static_cast<size_t>(features.planes);
     const auto lw = static_cast<size_t>(lattice_.width);
     std::vector<float> planes(d * area(lattice_));
-    sums_.assign((h + 1) * (w + 1), 0);
-    for (size_t r = 0; r < h; ++r) {
-        std::int64_t row = 0;
-        for (size_t c = 0; c < w; ++c) {
-            for (size_t p = 0; p < d; ++p) {
-                const std::int64_t v = features.values[(r * w + c) * d + p];
-                planes[p * area(lattice_) + r * lw + c] = static_cast<float>(v);
-                row += v * v;
-            }
-            sums_[(r + 1) * (w + 1) + c + 1] = sums_[r * (w + 1) + c + 1] + row;
-        }
-    }
-    norm_ = std::sqrt(static_cast<double>(sums_.back()));
+    for (size_t r = 0; r < h; ++r)
+        for (size_t c = 0; c < w; ++c)
+            for (size_t p = 0; p < d; ++p)
+                planes[p * area(lattice_) + r * lw + c] = features.values[(r * w + c) * d + p];
+    norm_ = std::sqrt(static_cast<double>(squares_.sum(0, 0, features.size.height, features.size.width)));
     const Buffer pixels = device.upload(planes);
     const size_t bytes = sizeof(float) * spectrum_floats(lattice_, features.planes);
     spectrum_ = {device.buffer(bytes), device.buffer(bytes)};
@@ -97,21 +96,14 @@ const BlockSearch::Energy& BlockSearch::energy(Size patch, const Strips& strips)
     Energy& result = found->second;
     if (!is_new) return result;
     const Size size = features_->size;
-    const auto pitch = static_cast<size_t>(size.width) + 1;
-    const auto box = [&](int top, int left, int bottom, int right) {
-        if (bottom <= top || right <= left) return std::int64_t{0};
-        const auto at = [&](int r, int c) {
-            return sums_[static_cast<size_t>(r) * pitch + static_cast<size_t>(c)];
-        };
-        return at(bottom, right) - at(top, right) - at(bottom, left) + at(top, left);
-    };
     const int rows = size.height - patch.height + 1, columns = size.width - patch.width + 1;
     result.values.resize(static_cast<size_t>(rows) * static_cast<size_t>(columns));
     for (int r = 0; r < rows; ++r)
         for (int c = 0; c < columns; ++c) {
-            const std::int64_t all = box(r, c, r + patch.height, c + patch.width);
-            const std::int64_t inside = box(r + strips.top, c + strips.left, r + patch.height - strips.bottom,
-                                            c + patch.width - strips.right);
+            const std::int64_t all = squares_.sum(r, c, r + patch.height, c + patch.width);
+            const std::int64_t inside =
+                squares_.sum(r + strips.top, c + strips.left, r + patch.height - strips.bottom,
+                             c + patch.width - strips.right);
             const auto value = static_cast<float>(all - inside);
             result.values[static_cast<size_t>(r) * static_cast<size_t>(columns) + static_cast<size_t>(c)] =
                 value;

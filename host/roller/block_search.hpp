@@ -12,6 +12,7 @@
 #include "host/cl/device_impl.hpp"
 #include "host/roller/canvas.hpp"
 #include "host/roller/features.hpp"
+#include "host/roller/summed_area.hpp"
 
 namespace btfield::detail {
 
@@ -56,8 +57,8 @@ class BlockSearch {
     const Features* features_;
     Size lattice_;  ///< the sample's, or the next larger one that is transformed; zeros beyond the sample
     Spectrum spectrum_;
-    double norm_ = 0.0;               ///< √ Σ sample²
-    std::vector<std::int64_t> sums_;  ///< Σ sample² above and left of [row][column], (H + 1) × (W + 1)
+    double norm_ = 0.0;   ///< √ Σ sample²
+    SummedArea squares_;  ///< of the sample
     std::map<std::tuple<int, int, Strips>, Energy> energies_;
     std::vector<float> host_scores_;
 };

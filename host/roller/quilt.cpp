@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/base/parallel.hpp"
+#include "host/roller/summed_area.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -110,16 +111,7 @@ class Usage {
     }
 
     [[nodiscard]] PositionWeights weights() const {
-        const size_t pitch = static_cast<size_t>(sample_.width) + 1;
-        std::vector<std::int64_t> sums((static_cast<size_t>(sample_.height) + 1) * pitch, 0);
-        for (int r = 0; r < sample_.height; ++r) {
-            std::int64_t row = 0;
-            for (int c = 0; c < sample_.width; ++c) {
-                row += counts_[index(r, c)];
-                const size_t i = (static_cast<size_t>(r) + 1) * pitch + static_cast<size_t>(c) + 1;
-                sums[i] = sums[i - pitch] + row;
-            }
-        }
+        const SummedArea used(sample_, [&](int r, int c) { return counts_[index(r, c)]; });
         const double pixels = static_cast<double>(area(patch_));
         const double mean = static_cast<double>(patches_) * pixels / static_cast<double>(area(sample_));
         const double scale = usage_price / (pixels * (1.0 + mean));
@@ -127,14 +119,10 @@ class Usage {
         PositionWeights result;
         result.values.resize(static_cast<size_t>(rows) * static_cast<size_t>(columns));
         for_each_block(rows, [&](int r) {
-            const std::int64_t *top = sums.data() + static_cast<size_t>(r) * pitch,
-                               *bottom = top + static_cast<size_t>(patch_.height) * pitch;
             float* to = result.values.data() + static_cast<size_t>(r) * static_cast<size_t>(columns);
-            for (int c = 0; c < columns; ++c) {
-                const int end = c + patch_.width;
+            for (int c = 0; c < columns; ++c)
                 to[c] = static_cast<float>(
-                    1.0 + scale * static_cast<double>(bottom[end] - bottom[c] - top[end] + top[c]));
-            }
+                    1.0 + scale * static_cast<double>(used.sum(r, c, r + patch_.height, c + patch_.width)));
         });
         result.largest = *std::max_element(result.values.begin(), result.values.end());
         return result;

@@ -9,45 +9,27 @@
 #include "host/base/parallel.hpp"
 #include "host/roller/canvas.hpp"
 #include "host/roller/minimum_cut.hpp"
+#include "host/roller/summed_area.hpp"
 
 namespace btfield::detail {
 namespace {
 
 using std::size_t;
 
-/// Σ of squared distances between pixels a lag apart, above and left of each place.
-class LagDifferences {
-  public:
-    LagDifferences(const Features& features, int down, int right)
-        : pitch_(static_cast<size_t>(features.size.width - right) + 1) {
-        const int rows = features.size.height - down, columns = features.size.width - right;
-        sums_.assign((static_cast<size_t>(rows) + 1) * pitch_, 0);
-        const size_t lag =
-            static_cast<size_t>(down) * static_cast<size_t>(features.size.width) + static_cast<size_t>(right);
-        for (int r = 0; r < rows; ++r) {
-            std::int64_t row = 0;
-            for (int c = 0; c < columns; ++c) {
-                const size_t a = static_cast<size_t>(r) * static_cast<size_t>(features.size.width) +
-                                 static_cast<size_t>(c);
-                row += features.distance(a, a + lag);
-                const size_t i = (static_cast<size_t>(r) + 1) * pitch_ + static_cast<size_t>(c) + 1;
-                sums_[i] = sums_[i - pitch_] + row;
-            }
-        }
-    }
-    [[nodiscard]] double mean(Position at, int rows, int columns) const {
-        const auto sum = [&](int r, int c) {
-            return sums_[static_cast<size_t>(r) * pitch_ + static_cast<size_t>(c)];
-        };
-        const std::int64_t all = sum(at.row + rows, at.column + columns) - sum(at.row, at.column + columns) -
-                                 sum(at.row + rows, at.column) + sum(at.row, at.column);
-        return static_cast<double>(all) / (static_cast<double>(rows) * columns);
-    }
+/// Squared distances between pixels a lag apart.
+SummedArea lag_differences(const Features& features, int down, int right) {
+    const auto width = static_cast<size_t>(features.size.width);
+    const size_t lag = static_cast<size_t>(down) * width + static_cast<size_t>(right);
+    return {{features.size.height - down, features.size.width - right}, [&](int r, int c) {
+                const size_t a = static_cast<size_t>(r) * width + static_cast<size_t>(c);
+                return features.distance(a, a + lag);
+            }};
+}
 
-  private:
-    size_t pitch_;
-    std::vector<std::int64_t> sums_;
-};
+double mean(const SummedArea& of, Position at, int rows, int columns) {
+    return static_cast<double>(of.sum(at.row, at.column, at.row + rows, at.column + columns)) /
+           (static_cast<double>(rows) * columns);
+}
 
 /// A patch of the sample as a tile: `size` and an overlap to the right and below.
 struct TilePlace {
@@ -129,13 +111,13 @@ void keep_best(std::vector<TilePlace>& places, size_t count) {
 /// The best places of each size, one from each part of the sample as large as the overlap; best first.
 std::vector<TilePlace> best_places(const Features& features, const std::vector<int>& heights,
                                    const std::vector<int>& widths, int overlap) {
-    std::vector<std::optional<LagDifferences>> down(heights.size()), right(widths.size());
+    std::vector<std::optional<SummedArea>> down(heights.size()), right(widths.size());
     for_each_block(static_cast<int>(heights.size() + widths.size()), [&](int i) {
         const auto n = static_cast<size_t>(i);
         if (n < heights.size())
-            down[n].emplace(features, heights[n], 0);
+            down[n] = lag_differences(features, heights[n], 0);
         else
-            right[n - heights.size()].emplace(features, 0, widths[n - heights.size()]);
+            right[n - heights.size()] = lag_differences(features, 0, widths[n - heights.size()]);
     });
     constexpr size_t kept = 8;
     std::vector<std::vector<TilePlace>> of_size(heights.size() * widths.size());
@@ -151,8 +133,8 @@ std::vector<TilePlace> best_places(const Features& features, const std::vector<i
                 for (int r = top; r < std::min(rows, top + overlap); ++r)
                     for (int c = left; c < std::min(columns, left + overlap); ++c) {
                         const Position at{r, c};
-                        const double difference = right[x]->mean(at, size.height + overlap, overlap) +
-                                                  down[y]->mean(at, overlap, size.width + overlap);
+                        const double difference = mean(*right[x], at, size.height + overlap, overlap) +
+                                                  mean(*down[y], at, overlap, size.width + overlap);
                         if (difference < best.difference) best = {at, size, difference};
                     }
                 places.push_back(best);
