@@ -26,6 +26,7 @@ void add_all() {
     add_experiment();
     add_memd();
     add_roller();
+    add_compound();
 }
 
 namespace {

@@ -26,6 +26,7 @@ void add_synthesis();
 void add_experiment();
 void add_memd();
 void add_roller();
+void add_compound();
 void add_all();
 
 /// The device of $BTFIELD_DEVICE, else the best; opened once.

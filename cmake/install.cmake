@@ -43,7 +43,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/btfield-config.cmake ${CMAKE_CURRENT_B
 file(RELATIVE_PATH PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)  # wherever the tree is moved to
 # pkg-config wants private requirements to be installed even where it only lists flags: a shared library names none.
 if(NOT BUILD_SHARED_LIBS)
-    set(PC_PRIVATE "Requires.private: OpenCL clFFT OpenImageIO\nLibs.private: -pthread")
+    set(PC_PRIVATE "Requires.private: OpenCL clFFT OpenImageIO libpng\nLibs.private: -pthread")
     set(PC_EXPERIMENT_PRIVATE "Requires.private: sqlite3")
 endif()
 foreach(name btfield btfield-experiment)

@@ -65,4 +65,14 @@ inline std::filesystem::path small_experiment(const TemporaryFolder& folder) {
     return folder / "small.json";
 }
 
+/// One picture, and textures of it from a random field (4), a compound model (4) and rolls (2).
+inline std::filesystem::path varied_experiment(const TemporaryFolder& folder) {
+    write_texture(folder / "a.ppm", 1);
+    put_bytes(folder / "varied.json", R"json({
+        "pictures": [{"material": "stone", "files": ["a.ppm"]}],
+        "models": ["roll", "3d-car", "compound"], "orders": [1, 2], "levels": [1], "seeds": [5, 7]
+    })json");
+    return folder / "varied.json";
+}
+
 }  // namespace btfield::test

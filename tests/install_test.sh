@@ -48,8 +48,8 @@ for library in "$work"/moved/lib*/libbtfield.so "$work"/moved/lib*/*/libbtfield.
     fi
 done
 ldd "$work"/moved/bin/btfield | grep -q libsqlite3 || { echo "the command does without SQLite?"; exit 1; }
-if readelf -d "$work"/moved/lib*/libbtfield.so "$work"/moved/lib*/*/libbtfield.so 2>/dev/null | grep sqlite; then
-    echo "libbtfield needs SQLite"
+if readelf -d "$work"/moved/lib*/libbtfield.so "$work"/moved/lib*/*/libbtfield.so 2>/dev/null | grep 'sqlite\|OpenImageIO\|libpng'; then
+    echo "libbtfield needs what only its module or experiments may need"
     exit 1
 fi
 

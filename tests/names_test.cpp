@@ -11,6 +11,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/neighbourhood_names.hpp"
 #include "host/cl/device_names.hpp"
+#include "host/compound/compound_names.hpp"
 #include "host/criteria/metric_names.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/fit/fit_names.hpp"
@@ -27,12 +28,13 @@ namespace {
 template <typename Enum>
 class EnumNames : public testing::Test {};
 
-using Enumerations = testing::Types<ColourSpace, PixelType, DeviceType, NeighbourhoodKind, ModelKind,
-                                    Estimator, NoiseForm, Metric, EstimatorChoice, GainMode, MarginalMode,
-                                    SignificanceRule, SynthesisMethod, NoiseDomain, JobStatus, TableFormat>;
+using Enumerations =
+    testing::Types<ColourSpace, PixelType, DeviceType, NeighbourhoodKind, ModelKind, Estimator, NoiseForm,
+                   Metric, EstimatorChoice, GainMode, MarginalMode, SignificanceRule, SynthesisMethod,
+                   NoiseDomain, JobStatus, TableFormat, ExperimentModel, ClusterSpace, Borders>;
 TYPED_TEST_SUITE(EnumNames, Enumerations);
 
-// The types' own part of a test is short, because a compiler does all of it sixteen times.
+// The types' own part of a test is short, because a compiler does all of it nineteen times.
 
 struct Entry {
     int value = 0;

@@ -28,7 +28,7 @@ class Builder {
     bool number_unsigned(json::number_unsigned_t value) { return add(value); }
     bool number_float(json::number_float_t value, const std::string&) { return add(value); }
     bool string(std::string& value) { return add(std::move(value)); }
-    bool binary(json::binary_t&) { fail("it holds a byte string"); }
+    bool binary(json::binary_t& value) { return add(json::binary(std::move(value))); }
     bool start_object(std::size_t) { return open(json::object()); }
     bool key(std::string& value) {
         if (open_.back()->contains(value)) fail("key '" + printable(value) + "' is there twice");
@@ -126,7 +126,6 @@ class CborScan {
         }
         switch (type) {
             case 2:
-                fail("byte " + std::to_string(at) + " begins a byte string");
             case 3:
                 if (argument > left()) fail_truncated();
                 position_ += static_cast<std::size_t>(argument);

@@ -10,8 +10,8 @@
 namespace btfield::detail {
 
 /// Parses JSON text, or CBOR when it begins like a CBOR map. Refuses what the usual parsers let pass:
-/// repeated keys, nesting beyond 16 levels, numbers that overflow, CBOR tags, indefinite lengths and byte
-/// strings, trailing bytes.
+/// repeated keys, nesting beyond 16 levels, numbers that overflow, CBOR tags and indefinite lengths, trailing
+/// bytes.
 /// \param asked first part of the messages, such as "read 'cork.json'"
 /// \throws InputError
 [[nodiscard]] nlohmann::json parse_strictly(std::string_view bytes, const std::string& asked);

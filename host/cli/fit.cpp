@@ -10,12 +10,15 @@
 #include <set>
 #include <span>
 
+#include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
+#include "btfield/synthesis.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/model_report.hpp"
+#include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
 #include "host/cli/report.hpp"
@@ -47,27 +50,6 @@ std::string quoted(const fs::path& path) {
     return "'" + path.string() + "'";
 }
 
-/// A model under a picture's name is a slip of the hand, and would replace a picture of that name.
-bool is_picture_name(const fs::path& path) {
-    static const std::set<std::string> extensions{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr",
-                                                  ".hdr", ".pgm", ".ppm",  ".pnm", ".bmp",  ".gif"};
-    return extensions.contains(lower_extension(path));
-}
-
-/// Refuses what would overwrite a picture, and what cannot be written.
-void check_output(const fs::path& output, const fs::path& picture) {
-    std::error_code error;
-    if (fs::equivalent(output, picture, error)) {
-        throw InputError("write the model " + quoted(output), "that is the picture",
-                         "give the model a name of its own");
-    }
-    if (is_picture_name(output)) {
-        throw InputError("write the model " + quoted(output), "that is the name of a picture",
-                         "end the name in .json or .btfm");
-    }
-    check_model_writable(output);
-}
-
 /// One model per picture: OUTPUT itself, or, where that is a folder, STEM.json inside. With --all ten, as
 /// STEM-MODEL.json. Jobs of a picture follow one another.
 std::vector<FitJob> plan(const FitArguments& options) {
@@ -96,21 +78,26 @@ std::vector<FitJob> plan(const FitArguments& options) {
             if (!outputs.insert(job.output).second) {
                 throw UsageError("two pictures would have the model " + quoted(job.output));
             }
-            check_output(job.output, picture);
+            check_model_output(job.output, picture);
             jobs.push_back(std::move(job));
         }
     }
     return jobs;
 }
 
-Provenance provenance(const fs::path& path, const Picture& picture) {
-    Provenance result;
-    result.source = path.filename().string();
-    result.type = picture.type;
-    result.picture_bytes = static_cast<std::uint64_t>(picture.image.values().size()) *
-                           static_cast<std::uint64_t>(bytes_per_value(picture.type));
-    result.software = "btfield " BTFIELD_VERSION;
-    return result;
+/// Textures of random fields are this far from pictures without shapes at most (docs/selection.md).
+constexpr double noticeable_structure = 0.08;
+
+/// What the chosen model loses, where that shows: see docs/selection.md. Nothing of a model that cannot be
+/// grown.
+std::string structure_reason(Device& device, const Image& image, const TextureModel& model) {
+    if (!is_valid(model)) return {};
+    const Image texture = Synthesiser(device, model, image.size()).synthesise(0);
+    const double distance = structure_distance(image, texture);
+    if (!(distance > noticeable_structure)) return {};
+    return "structure_distance " + number_text(distance) +
+           " from the picture to a texture of this model, above " + number_text(noticeable_structure) +
+           ": shapes are lost; btfield compound fit or btfield roll keep them";
 }
 
 /// Fits the jobs of one picture, which is read and analysed once. What they share counts for the first.
@@ -121,9 +108,7 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     bar.show(done, "read " + path.filename().string());
     const Picture picture = read_picture(path, options.crop);
     jobs.front().read = jobs.front().total = reading.seconds();
-    const bool opaque =
-        std::all_of(picture.alpha.begin(), picture.alpha.end(), [](float a) { return a == 1.0F; });
-    if (!opaque) warn(quoted(path) + " is partly transparent, and transparency is not modelled");
+    warn_of_transparency(path, picture);
 
     Analysis analysis(device, picture.image);
     const double own = share / static_cast<double>(jobs.size());
@@ -148,8 +133,12 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     std::vector<TextureModel> models = analysis.fit_all(all);
     for (std::size_t k = 0; k < jobs.size(); ++k) {
         jobs[k].model = std::move(models[k]);
-        const std::vector<std::string> reasons = std::move(jobs[k].model.provenance.reasons);
-        jobs[k].model.provenance = provenance(path, picture);
+        std::vector<std::string> reasons = std::move(jobs[k].model.provenance.reasons);
+        if (options.fit.choose_model) {
+            const std::string structure = structure_reason(device, picture.image, jobs[k].model);
+            if (!structure.empty()) reasons.push_back(structure);
+        }
+        jobs[k].model.provenance = provenance_of(path, picture);
         jobs[k].model.provenance.reasons = reasons;
     }
 }

@@ -1,10 +1,12 @@
 #include <filesystem>
 #include <memory>
 
+#include "btfield/compound.hpp"
 #include "btfield/error.hpp"
 #include "btfield/model_file.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/compound_report.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
@@ -23,9 +25,25 @@ std::uintmax_t file_bytes(const std::filesystem::path& path) {
     return error ? 0 : bytes;  // a pipe has no size
 }
 
+void show(const CompoundModel& model, const InfoArguments& options, std::uintmax_t bytes) {
+    if (!options.json) {
+        emit_text(compound_text(model, bytes) + "written by " + model.provenance.software + "\n");
+        return;
+    }
+    Json object = compound_json(model, options.model, bytes);
+    object["software"] = model.provenance.software;
+    object["picture_bytes"] = model.provenance.picture_bytes;
+    object["reasons"] = model.provenance.reasons;
+    emit_json(object);
+}
+
 void run(const InfoArguments& options) {
-    const TextureModel model = read_model(options.model);
     const std::uintmax_t bytes = file_bytes(options.model);
+    if (is_compound_file(options.model)) {
+        show(read_compound(options.model), options, bytes);
+        return;
+    }
+    const TextureModel model = read_model(options.model);
     if (options.json) {
         Json object = model_json(model, options.model, bytes);
         Json means = Json::array();

@@ -12,29 +12,16 @@ namespace {
 
 Json level_json(const LevelModel& level) {
     const LinearField& field = linear_field(level.models.front());
-    Json ratios = Json::array();
-    for (const double ratio : level.certificate.variance_ratio) ratios.push_back(number(ratio));
-    Json certificate;
-    certificate["valid"] = level.certificate.valid;
-    certificate["min_singular"] = number(level.certificate.min_singular);
-    certificate["variance_ratio"] = std::move(ratios);
-    certificate["zeros"] = level.certificate.zeros;
     Json object;
     object["size"] = size_json(level.size);
     object["offsets"] = field.offsets.size();
     object["neighbourhood"] = name(field.kind);
     object["estimator"] = name(level.estimator);
     object["gain"] = number(level.gain);
-    object["certificate"] = std::move(certificate);
+    object["certificate"] = certificate_json(level.certificate);
     object["log_likelihood"] = number(level.log_likelihood);
     object["iterations"] = level.iterations;
     return object;
-}
-
-/// NaN where nobody knows how large the picture was.
-double compression_ratio(const TextureModel& model, std::uintmax_t bytes) {
-    if (model.provenance.picture_bytes == 0) return std::numeric_limits<double>::quiet_NaN();
-    return static_cast<double>(model.provenance.picture_bytes) / static_cast<double>(bytes);
 }
 
 std::string ratios_text(const std::vector<double>& ratios) {
@@ -46,6 +33,22 @@ std::string ratios_text(const std::vector<double>& ratios) {
 }
 
 }  // namespace
+
+Json certificate_json(const Certificate& certificate) {
+    Json ratios = Json::array();
+    for (const double ratio : certificate.variance_ratio) ratios.push_back(number(ratio));
+    Json object;
+    object["valid"] = certificate.valid;
+    object["min_singular"] = number(certificate.min_singular);
+    object["variance_ratio"] = std::move(ratios);
+    object["zeros"] = certificate.zeros;
+    return object;
+}
+
+double compression_ratio(const Provenance& provenance, std::uintmax_t bytes) {
+    if (provenance.picture_bytes == 0) return std::numeric_limits<double>::quiet_NaN();
+    return static_cast<double>(provenance.picture_bytes) / static_cast<double>(bytes);
+}
 
 Json model_json(const TextureModel& model, const std::filesystem::path& path, std::uintmax_t bytes) {
     Json levels = Json::array();
@@ -65,7 +68,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
     if (!model.provenance.reasons.empty()) object["reasons"] = model.provenance.reasons;
     object["parameters"] = parameter_count(model);
     object["bytes"] = bytes;
-    object["compression_ratio"] = number(compression_ratio(model, bytes));
+    object["compression_ratio"] = number(compression_ratio(model.provenance, bytes));
     return object;
 }
 
@@ -95,8 +98,8 @@ std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
     text += table(rows, "rrrllrlrrrl");
     text += std::to_string(parameter_count(model)) + " parameters in " + std::to_string(bytes) + " bytes";
     if (model.provenance.picture_bytes > 0) {
-        text += ", compression ratio " + number_text(compression_ratio(model, bytes)) + " against " +
-                std::to_string(model.provenance.picture_bytes) + " bytes of pixels";
+        text += ", compression ratio " + number_text(compression_ratio(model.provenance, bytes)) +
+                " against " + std::to_string(model.provenance.picture_bytes) + " bytes of pixels";
     }
     return text + "\n";
 }

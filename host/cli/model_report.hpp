@@ -12,6 +12,12 @@
 
 namespace btfield::cli {
 
+/// {`valid`, `min_singular`, `variance_ratio`, `zeros`}.
+[[nodiscard]] Json certificate_json(const Certificate& certificate);
+
+/// Bytes of pixels to a byte of the file; NaN where nobody knows how large the picture was.
+[[nodiscard]] double compression_ratio(const Provenance& provenance, std::uintmax_t bytes);
+
 /// The JSON object that docs/command-line.md promises for `fit` and `info`, without `seconds` and `reasons`.
 /// \param bytes size of the model file
 [[nodiscard]] Json model_json(const TextureModel& model, const std::filesystem::path& path,

@@ -7,8 +7,10 @@
 #include <span>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "btfield/compound.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
@@ -28,7 +30,7 @@ namespace fs = std::filesystem;
 
 struct SynthArguments {
     std::vector<std::string> models;
-    std::string output, device;
+    std::string output, control, labels_output, device;
     std::optional<Size> size;
     std::uint64_t seed = 0;
     std::optional<int> count;
@@ -39,9 +41,11 @@ struct SynthArguments {
 /// One model's textures.
 struct SynthJob {
     std::string file;
-    TextureModel model;
+    std::variant<TextureModel, CompoundModel> model;
     Size size;
-    std::vector<fs::path> outputs;
+    std::vector<fs::path> outputs, labels_outputs;
+    std::optional<ControlField> control;
+    std::vector<double> shares;  ///< of a compound model's regions, summed over textures
     std::vector<std::uint64_t> seeds;
     bool tileable = false;
     Size lattice;
@@ -49,11 +53,19 @@ struct SynthJob {
     double setup = 0.0, synthesis = 0.0, write = 0.0, total = 0.0;
 };
 
+int planes_of(const SynthJob& job) {
+    return std::visit([](const auto& model) { return model.planes; }, job.model);
+}
+
+PixelType type_of(const SynthJob& job) {
+    return std::visit([](const auto& model) { return model.provenance.type; }, job.model);
+}
+
 /// The format that holds what was analysed, for textures whose name is not given.
-const char* extension(const TextureModel& model) {
-    const PixelType type = model.provenance.type;
+const char* extension(const SynthJob& job) {
+    const PixelType type = type_of(job);
     if (type == PixelType::half || type == PixelType::float32) return ".exr";
-    return model.planes == 1 || model.planes == 3 ? ".png" : ".tif";
+    return planes_of(job) == 1 || planes_of(job) == 3 ? ".png" : ".tif";
 }
 
 /// What the error says, of this model where there are several.
@@ -67,6 +79,37 @@ void about(const SynthArguments& options, const std::string& file, Work work) {
     }
 }
 
+void read_compound_job(const SynthArguments& options, SynthJob& job) {
+    CompoundModel model = read_compound(job.file);
+    if (options.synthesis.method == SynthesisMethod::raster)
+        throw InputError(
+            "synthesise by raster recursion",
+            "this is a compound model, and only causal autoregressive ones can be run pixel after "
+            "pixel",
+            "leave out --method");
+    if (!options.control.empty()) {
+        job.control = read_labels(options.control, palette(model));
+        if (options.size && job.control->size != *options.size)
+            throw InputError(
+                "synthesise " + detail::compact_text_of(*options.size) + " on '" + options.control + "'",
+                "the labels are " + detail::text_of(job.control->size),
+                "leave out --size, or give labels of that size");
+    }
+    job.size = job.control ? job.control->size : options.size.value_or(model.size);
+    check_synthesis(model, job.size, options.synthesis.allow_invalid);
+    job.model = std::move(model);
+}
+
+void read_texture_job(const SynthArguments& options, SynthJob& job) {
+    TextureModel model = read_model(job.file);
+    if (!(options.control.empty() && options.labels_output.empty()))
+        throw InputError("synthesise '" + job.file + "' with labels", "it is a model without regions",
+                         "give a model of 'btfield compound fit'");
+    job.size = options.size.value_or(model.size);
+    check_synthesis(model, job.size, options.synthesis);
+    job.model = std::move(model);
+}
+
 /// Reads and checks all models and all names of outputs, before any work is done.
 std::vector<SynthJob> plan(const SynthArguments& options) {
     const bool folder =
@@ -78,29 +121,64 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
         SynthJob job;
         job.file = file;
         about(options, file, [&] {
-            job.model = read_model(file);
-            job.size = options.size.value_or(job.model.size);
-            check_synthesis(job.model, job.size, options.synthesis);
+            is_compound_file(file) ? read_compound_job(options, job) : read_texture_job(options, job);
         });
-        const fs::path output = folder ? options.output / fs::path(file).stem().concat(extension(job.model))
-                                       : fs::path(options.output);
+        const fs::path output =
+            folder ? options.output / fs::path(file).stem().concat(extension(job)) : fs::path(options.output);
         for (int i = 0; i < count; ++i) {
             job.outputs.push_back(options.count ? numbered(output, i, count) : output);
             job.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
             if (!names.insert(job.outputs.back()).second)
                 throw UsageError("two models would have the texture '" + job.outputs.back().string() + "'");
-            check_writable(job.outputs.back(), job.model.planes, job.model.provenance.type);
+            check_writable(job.outputs.back(), planes_of(job), type_of(job));
+            if (!options.labels_output.empty())
+                job.labels_outputs.push_back(options.count ? numbered(options.labels_output, i, count)
+                                                           : fs::path(options.labels_output));
         }
         jobs.push_back(std::move(job));
     }
     return jobs;
 }
 
+void write_texture(SynthJob& job, std::size_t number, const Image& texture) {
+    const Stopwatch writing;
+    job.clamped_pixels += write_picture(job.outputs[number], texture, type_of(job)).clamped_pixels;
+    job.write += writing.seconds();
+}
+
+void grow_compound(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
+                   double share) {
+    const Stopwatch total, setup;
+    const auto& model = std::get<CompoundModel>(job.model);
+    CompoundSynthesiser synthesiser(device, model, job.size, options.synthesis.allow_invalid);
+    job.setup += setup.seconds();
+    job.tileable = synthesiser.tileable();
+    job.lattice = synthesiser.lattice();
+    job.shares.assign(model.regions.size(), 0.0);
+    for (std::size_t i = 0; i < job.seeds.size(); ++i) {
+        bar.show(done + share * static_cast<double>(i) / static_cast<double>(job.seeds.size()),
+                 "texture " + std::to_string(i + 1) + " of " + std::to_string(job.seeds.size()));
+        const Stopwatch synthesis;
+        const ControlField field = job.control ? *job.control : synthesiser.control_field(job.seeds[i]);
+        const Image texture = synthesiser.synthesise(job.seeds[i], field);
+        job.synthesis += synthesis.seconds();
+        const std::vector<double> own = shares(field);
+        for (std::size_t k = 0; k < own.size(); ++k) job.shares[k] += own[k];
+        write_texture(job, i, texture);
+        if (!job.labels_outputs.empty()) write_labels(job.labels_outputs[i], field, palette(model));
+    }
+    job.total += total.seconds();
+}
+
 void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
           double share) {
-    const Stopwatch total, setup;
     bar.show(done, fs::path(job.file).filename().string());
-    Synthesiser synthesiser(device, job.model, job.size, options.synthesis);
+    if (std::holds_alternative<CompoundModel>(job.model)) {
+        grow_compound(device, options, job, bar, done, share);
+        return;
+    }
+    const Stopwatch total, setup;
+    Synthesiser synthesiser(device, std::get<TextureModel>(job.model), job.size, options.synthesis);
     job.setup += setup.seconds();
     job.tileable = synthesiser.tileable();
     job.lattice = synthesiser.lattice();
@@ -114,12 +192,7 @@ void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress
         const std::vector<Image> textures =
             synthesiser.synthesise(std::span<const std::uint64_t>(job.seeds).subspan(start, n));
         job.synthesis += synthesis.seconds();
-        const Stopwatch writing;
-        for (std::size_t i = 0; i < n; ++i) {
-            job.clamped_pixels +=
-                write_picture(job.outputs[start + i], textures[i], job.model.provenance.type).clamped_pixels;
-        }
-        job.write += writing.seconds();
+        for (std::size_t i = 0; i < n; ++i) write_texture(job, start + i, textures[i]);
     }
     job.total += total.seconds();
 }
@@ -132,9 +205,13 @@ std::string tiling_text(const SynthJob& job, SynthesisMethod method) {
     std::string text = "It does not tile: ";
     text += detail::text_of(job.size) + " is cut out of " + detail::text_of(job.lattice);
     text += ", which would tile";
-    if (job.model.levels.size() > 1) {
-        text += " (sides that tile are multiples of " + std::to_string(job.model.factor) + "^" +
-                std::to_string(job.model.levels.size() - 1) + ")";
+    // Regions of an edited model may differ in their number of levels.
+    const TextureModel& model = std::holds_alternative<TextureModel>(job.model)
+                                    ? std::get<TextureModel>(job.model)
+                                    : std::get<CompoundModel>(job.model).regions.front().residual;
+    if (model.levels.size() > 1) {
+        text += " (sides that tile are multiples of " + std::to_string(model.factor) + "^" +
+                std::to_string(model.levels.size() - 1) + ")";
     }
     return text + ".";
 }
@@ -154,6 +231,11 @@ Json job_json(const SynthJob& job, const Device& device) {
     object["tileable"] = job.tileable;
     object["clamped_pixels"] = job.clamped_pixels;
     object["device"] = device.info().name;
+    if (!job.shares.empty()) {
+        Json each = Json::array();
+        for (const double sum : job.shares) each.push_back(sum / static_cast<double>(job.seeds.size()));
+        object["shares"] = std::move(each);
+    }
     object["seconds"] = std::move(seconds);
     return object;
 }
@@ -163,8 +245,8 @@ std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& 
     std::string text = "wrote " + job.outputs.front().string();
     if (count > 1)
         text += " to " + job.outputs.back().filename().string() + ", " + std::to_string(count) + " textures";
-    text += ": " + detail::text_of(job.size) + " pixels, " + std::to_string(job.model.planes) +
-            (job.model.planes == 1 ? " plane" : " planes") + ", seed " + std::to_string(job.seeds.front());
+    text += ": " + detail::text_of(job.size) + " pixels, " + std::to_string(planes_of(job)) +
+            (planes_of(job) == 1 ? " plane" : " planes") + ", seed " + std::to_string(job.seeds.front());
     if (count > 1) text += " to " + std::to_string(job.seeds.back());
     text += ", on " + device.info().name + "\n" + tiling_text(job, method) + "\n";
     if (job.clamped_pixels > 0) {
@@ -216,7 +298,7 @@ void run(const SynthArguments& options) {
     Json objects = Json::array();
     std::string text;
     for (const SynthJob& job : jobs) {
-        if (!is_valid(job.model))
+        if (!std::visit([](const auto& model) { return is_valid(model); }, job.model))
             warn("'" + job.file + "' is not certified; its textures may be far from the picture");
         objects.push_back(job_json(job, device));
         text += job_text(job, options.synthesis.method, device);
@@ -268,6 +350,19 @@ void add_synth(CLI::App& app, Action& action) {
         ->group(synthesis);
     command->add_flag("--profile", options->profile, "print the time of every kernel to standard error")
         ->group(synthesis);
+    const std::string compound = "Compound models";
+    command
+        ->add_option(
+            "--control", options->control,
+            "grow on this control field: a picture whose values are labels, or whose colours are those "
+            "of --save-labels")
+        ->type_name("LABELS")
+        ->group(compound);
+    command
+        ->add_option("--save-labels", options->labels_output,
+                     "write the control field too, a PNG with a palette; numbered as textures are")
+        ->type_name("LABELS")
+        ->group(compound);
     add_device(*command, options->device);
     add_json(*command, options->json);
     set_guide(
@@ -275,6 +370,8 @@ void add_synth(CLI::App& app, Action& action) {
         {.usual = {{"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
                    {"btfield synth cork.json -o variant.png --count 16", "variant-00.png to variant-15.png"}},
          .more = {{"btfield synth models/*.json -o textures/"},
+                  {"btfield synth bark.btfm -o bark.png --save-labels labels.png"},
+                  {"btfield synth bark.btfm -o painted.png --control labels.png"},
                   {"btfield synth cork.json -o raster.png --method raster"},
                   {"btfield synth cork.json -o cork.exr --device gpu --profile"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });

@@ -12,8 +12,8 @@
 #include "host/base/strict_json.hpp"
 #include "host/criteria/metric_names.hpp"
 #include "host/experiment/config_text.hpp"
+#include "host/experiment/experiment_names.hpp"
 #include "host/fit/fit_names.hpp"
-#include "host/model/model_names.hpp"
 
 namespace btfield {
 
@@ -172,9 +172,11 @@ ExperimentConfig detail::experiment_from_text(const std::string& text, const fs:
     if (root.holds("name")) config.name = root["name"].text();
     for (const Entry& entry : root["pictures"].items()) config.pictures.push_back(pictures_of(entry));
     if (root.holds("models") && root["models"].is_text("all")) {
-        config.models.assign(model_kinds().begin(), model_kinds().end());
+        // The ten, as ever: what existing files ask for does not grow.
+        for (const ModelKind kind : model_kinds()) config.models.push_back(experiment_model(kind));
     } else {
-        config.models = root["models"].list([](const Entry& model) { return model.one_of<ModelKind>(); });
+        config.models =
+            root["models"].list([](const Entry& model) { return model.one_of<ExperimentModel>(); });
     }
     config.orders = root["orders"].list([](const Entry& order) { return order.integer(1, max_order); });
     config.levels = root["levels"].list([](const Entry& levels) { return levels.integer(0, 30); });

@@ -1,10 +1,31 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "btfield/experiment.hpp"
 #include "host/base/names.hpp"
 #include "host/experiment/jobs.hpp"
+#include "host/model/model_names.hpp"
 
 namespace btfield::detail {
+
+template <>
+struct Names<ExperimentModel> {
+    static constexpr std::string_view what = "model";
+    /// Those of the random fields, and two more.
+    static constexpr auto words = [] {
+        constexpr auto fields = Names<ModelKind>::words;
+        std::array<Word<ExperimentModel>, fields.size() + 2> all{};
+        for (std::size_t i = 0; i < fields.size(); ++i)
+            all[i] = {static_cast<ExperimentModel>(fields[i].value), fields[i].word};
+        all[fields.size()] = {ExperimentModel::compound, "compound"};
+        all[fields.size() + 1] = {ExperimentModel::roll, "roll"};
+        return all;
+    }();
+};
+static_assert(static_cast<ExperimentModel>(ModelKind::car2d) == ExperimentModel::car2d &&
+              static_cast<ExperimentModel>(ModelKind::pmrf3d) == ExperimentModel::pmrf3d);
 
 template <>
 struct Names<JobStatus> {

@@ -18,10 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// CAR models are estimated by least squares, moving averages by random decrement, whatever is asked.
-bool has_one_estimator(ModelKind kind) {
-    const Family family_ = family(kind);
-    return family_ == Family::car || family_ == Family::ma;
+/// CAR models are estimated by least squares, moving averages, those of compound models too, by random
+/// decrement, whatever is asked.
+bool has_one_estimator(ExperimentModel model) {
+    const std::optional<ModelKind> field = random_field(model);
+    return !field || family(*field) == Family::car || family(*field) == Family::ma;
 }
 
 [[noreturn]] void fail(const std::string& pattern, const std::string& found, const std::string& remedy) {
@@ -61,6 +62,10 @@ bool same_fit(const JobSettings& a, const JobSettings& b) {
     return a == twin;
 }
 
+std::string_view marginals_text(const JobSettings& settings) {
+    return settings.model == ExperimentModel::roll ? any_marginals : name(settings.marginals);
+}
+
 std::string_view name(JobStatus status) {
     return word_of(status);
 }
@@ -75,11 +80,11 @@ std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
     std::vector<int> orders = config.orders;
     std::sort(orders.rbegin(), orders.rend());
     std::vector<JobSettings> all;
-    std::set<std::string> seen;
     for (const MarginalMode marginals : config.marginals) {
         for (const int order : orders) {
             for (const int levels : config.levels) {
-                for (const ModelKind model : config.models) {
+                for (const ExperimentModel model : config.models) {
+                    if (model == ExperimentModel::roll) continue;
                     std::vector<EstimatorChoice> estimators = config.estimators;
                     if (has_one_estimator(model)) estimators = {EstimatorChoice::automatic};
                     for (const EstimatorChoice estimator : estimators) {
@@ -91,23 +96,30 @@ std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
             }
         }
     }
+    if (std::ranges::find(config.models, ExperimentModel::roll) != config.models.end()) {
+        for (const std::uint64_t seed : config.seeds)
+            all.push_back(
+                {ExperimentModel::roll, 0, 0, EstimatorChoice::automatic, MarginalMode::match, seed});
+    }
     return all;
 }
 
 std::string settings_text(const ExperimentConfig& config, const JobSettings& settings) {
     json object;  // keeps its keys sorted
     object["model"] = name(settings.model);
+    object["seed"] = settings.seed;
+    object["metric"] = name(config.metric);
+    object["size"] = config.size ? json::array({config.size->width, config.size->height}) : json(nullptr);
+    if (settings.model == ExperimentModel::roll) return object.dump();
     object["order"] = settings.order;
     object["levels"] = settings.levels;
     object["estimator"] = name(settings.estimator);
     object["marginals"] = name(settings.marginals);
-    object["seed"] = settings.seed;
     object["factor"] = config.factor;
     object["noise"] = name(config.noise);
-    object["gains"] = name(config.gains);
-    object["metric"] = name(config.metric);
-    object["size"] = config.size ? json::array({config.size->width, config.size->height}) : json(nullptr);
     object["allow_invalid"] = config.allow_invalid;
+    if (settings.model == ExperimentModel::compound) return object.dump();
+    object["gains"] = name(config.gains);
     return object.dump();
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "btfield/experiment.hpp"
@@ -24,9 +25,9 @@ struct PictureSource {
     std::string picture;  ///< SHA-256 of content, crop and white level: what results depend on
 };
 
-/// What distinguishes the jobs of one picture.
+/// What distinguishes the jobs of one picture. Rolls have order and levels 0: only the seed matters.
 struct JobSettings {
-    ModelKind model = ModelKind::car3d;
+    ExperimentModel model = ExperimentModel::car3d;
     int order = 1;
     int levels = 1;
     EstimatorChoice estimator = EstimatorChoice::automatic;
@@ -37,6 +38,11 @@ struct JobSettings {
 
 /// True when both textures come from one model.
 [[nodiscard]] bool same_fit(const JobSettings& a, const JobSettings& b);
+
+/// Marginals of rolls, which keep the picture's whatever is asked of models.
+inline constexpr std::string_view any_marginals = "any";
+/// "match", "none"; any_marginals of rolls.
+[[nodiscard]] std::string_view marginals_text(const JobSettings& settings);
 
 enum class JobStatus { done, refused, failed };
 [[nodiscard]] std::string_view name(JobStatus status);
@@ -106,11 +112,11 @@ struct WorkReport {
 };
 
 /// All jobs of a picture in the order of work: of one fit together, of larger orders before smaller ones,
-/// since their lag covariances contain those of the smaller. The estimator is `automatic` for models that
-/// have but one.
+/// since their lag covariances contain those of the smaller; rolls last. The estimator is `automatic` for
+/// models that have but one.
 [[nodiscard]] std::vector<JobSettings> job_settings(const ExperimentConfig& config);
 
-/// Canonical JSON text of all that a texture depends on besides the picture.
+/// Canonical JSON text of all that a texture and its measures depend on besides the picture.
 [[nodiscard]] std::string settings_text(const ExperimentConfig& config, const JobSettings& settings);
 [[nodiscard]] std::string job_key(const std::string& picture, const std::string& settings_text);
 

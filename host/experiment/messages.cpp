@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "btfield/error.hpp"
+#include "host/experiment/experiment_names.hpp"
 #include "host/fit/fit_names.hpp"
 
 namespace btfield::detail {
@@ -27,7 +28,7 @@ json settings_json(const JobSettings& s) {
 
 JobSettings settings_of(const json& value) {
     JobSettings s;
-    s.model = model_kind(value.at(0).get<std::string>());
+    s.model = value_of<ExperimentModel>(value.at(0).get<std::string>());
     s.order = value.at(1).get<int>();
     s.levels = value.at(2).get<int>();
     s.estimator = value_of<EstimatorChoice>(value.at(3).get<std::string>());

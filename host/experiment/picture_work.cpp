@@ -12,8 +12,8 @@
 
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
-#include "btfield/synthesis.hpp"
 #include "host/experiment/sha256.hpp"
+#include "host/experiment/texture_source.hpp"
 #include "host/pictures/pixel_values.hpp"
 
 namespace btfield::detail {
@@ -104,36 +104,12 @@ Picture read(const PictureSource& source) {
     }
 }
 
-void describe(const TextureModel& model, JobResult& result) {
-    double singular = std::numeric_limits<double>::infinity();
-    double lowest = std::numeric_limits<double>::infinity(), highest = 0.0;
-    int zeros = 0;
-    std::string estimators;
-    for (const LevelModel& level : model.levels) {
-        singular = std::min(singular, level.certificate.min_singular);
-        zeros += level.certificate.zeros;
-        for (const double ratio : level.certificate.variance_ratio) {
-            lowest = std::min(lowest, ratio);
-            highest = std::max(highest, ratio);
-        }
-        estimators += (estimators.empty() ? "" : ",") + std::string(name(level.estimator));
-    }
-    result.valid = is_valid(model);
-    result.min_singular = singular;
-    result.zeros = zeros;
-    result.lowest_ratio = lowest;
-    result.highest_ratio = highest;
-    result.estimators = estimators;
-    result.fitted_levels = static_cast<int>(model.levels.size());
-    result.parameters = parameter_count(model);
-}
-
 /// "bark-1f2e3d4c-3d-car-match.png": the format of the picture's values, lossless.
 std::string texture_name(const PictureSource& source, const JobSettings& settings, const std::string& metric,
                          PixelType type, int planes) {
     const bool png = is_integer(type) && (planes == 1 || planes == 3);
     return fs::path(source.name).stem().string() + "-" + source.picture.substr(0, 8) + "-" +
-           std::string(name(settings.model)) + "-" + std::string(name(settings.marginals)) +
+           std::string(name(settings.model)) + "-" + std::string(marginals_text(settings)) +
            (metric == name(Metric::max) ? "" : "-" + metric) +
            (png                ? ".png"
             : is_integer(type) ? ".tif"
@@ -245,25 +221,6 @@ void PictureWork::run(const WorkUnit& unit, const std::function<void(WorkReport)
     }
 }
 
-TextureModel PictureWork::fitted(Picture& picture, const JobSettings& settings) const {
-    FitOptions options;
-    options.model = settings.model;
-    options.order = settings.order;
-    options.levels = settings.levels;
-    options.factor = config_.factor;
-    options.estimator = settings.estimator;
-    options.noise = config_.noise;
-    options.gains = config_.gains;
-    options.marginals = settings.marginals;
-    return picture.analysis.fit(options);
-}
-
-Synthesiser PictureWork::synthesiser(const Picture& picture, const TextureModel& model) {
-    SynthesisOptions options;
-    options.allow_invalid = config_.allow_invalid;
-    return {device_, model, config_.size.value_or(picture.image().size()), options};
-}
-
 void PictureWork::hold(Picture& picture, const Image& texture, JobResult& result) {
     check_finite(texture);
     const Image stored = as_stored(texture, picture.type);
@@ -289,23 +246,23 @@ WorkReport PictureWork::measure(Picture& picture, const PictureSource& source,
     std::size_t measured = 0;
     try {
         const Watch fitting;
-        const TextureModel model = fitted(picture, jobs.front());
+        const std::unique_ptr<TextureSource> textures_of =
+            texture_source(device_, picture.analysis, config_, jobs.front());
         const double fit_share = fitting.seconds() / static_cast<double>(jobs.size());
         for (JobResult& result : results) {
             result.fit_seconds = fit_share;
-            describe(model, result);
+            textures_of->describe(result);
         }
         const Watch preparing;
-        Synthesiser textures_of = synthesiser(picture, model);
+        textures_of->prepare();
         const double share = preparing.seconds() / static_cast<double>(jobs.size());
         std::vector<std::uint64_t> seeds;
         for (const JobSettings& job : jobs) seeds.push_back(job.seed);
-        const auto batch = static_cast<std::size_t>(std::max(1, textures_of.batch()));
         while (measured < seeds.size()) {
-            const std::size_t count = std::min(batch, seeds.size() - measured);
+            const std::size_t count = std::min(textures_of->batch(), seeds.size() - measured);
             const Watch synthesising;
             const std::vector<Image> textures =
-                textures_of.synthesise(std::span(seeds).subspan(measured, count));
+                textures_of->synthesise(std::span(seeds).subspan(measured, count));
             const double each = synthesising.seconds() / static_cast<double>(count);
             for (const Image& texture : textures) {
                 results[measured].synthesis_seconds = share + each;
@@ -323,19 +280,20 @@ WorkReport PictureWork::keep(Picture& picture, const PictureSource& source,
                              std::span<const JobSettings> jobs) {
     WorkReport news;
     try {
-        const TextureModel model = fitted(picture, jobs.front());
-        Synthesiser textures_of = synthesiser(picture, model);
+        const std::unique_ptr<TextureSource> textures_of =
+            texture_source(device_, picture.analysis, config_, jobs.front());
+        textures_of->prepare();
         const fs::path folder = textures_ / folder_name(source.material);
         fs::create_directories(folder);
         for (const JobResult& job : blanks(source, jobs)) {
-            const Image texture = textures_of.synthesise(job.settings.seed);
+            const Image texture = textures_of->synthesise({&job.settings.seed, 1}).front();
             const fs::path file =
                 folder / texture_name(source, job.settings, job.metric, picture.type, texture.planes());
             // Half floats would not give back the values that were measured.
             write_picture(file, texture, picture.type,
                           is_integer(picture.type) ? picture.type : PixelType::float32);
             news.kept.push_back({job.picture, std::string(name(job.settings.model)),
-                                 std::string(name(job.settings.marginals)), job.metric, job.key,
+                                 std::string(marginals_text(job.settings)), job.metric, job.key,
                                  fs::absolute(file).string()});
         }
     } catch (...) {

@@ -2,7 +2,7 @@
 
 /// \file
 /// The work on one picture, in the order that spares most: read once, planes, pyramids and lag covariances
-/// once, all models from them, all textures of a model from one Synthesiser, the picture's colours kept on
+/// once, all models from them, all textures of a model from one TextureSource, the picture's colours kept on
 /// the device.
 
 #include <filesystem>
@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "btfield/device.hpp"
-#include "btfield/synthesis.hpp"
 #include "host/experiment/jobs.hpp"
 
 namespace btfield::detail {
@@ -30,8 +29,6 @@ class PictureWork {
 
   private:
     class Picture;
-    [[nodiscard]] TextureModel fitted(Picture& picture, const JobSettings& settings) const;
-    [[nodiscard]] Synthesiser synthesiser(const Picture& picture, const TextureModel& model);
     /// The jobs of one fit.
     [[nodiscard]] WorkReport measure(Picture& picture, const PictureSource& source,
                                      std::span<const JobSettings> jobs);

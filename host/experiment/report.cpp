@@ -10,6 +10,7 @@
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/base/file_output.hpp"
+#include "host/experiment/experiment_names.hpp"
 #include "host/experiment/plot.hpp"
 #include "host/experiment/results_database.hpp"
 #include "host/experiment/table_format.hpp"
@@ -41,16 +42,35 @@ figure .none{display:flex;align-items:center;justify-content:center;color:#999;f
 figcaption{font-size:12px;line-height:1.35}pre{background:#f4f4f4;padding:1em;overflow-x:auto}
 )css";
 
+std::string colour_of(Family family) {
+    switch (family) {
+        case Family::car:
+            return "#0072b2";
+        case Family::ma:
+            return "#e69f00";
+        case Family::msar:
+            return "#009e73";
+        case Family::mmrf:
+            return "#cc79a7";
+        case Family::pmrf:
+            break;
+    }
+    return "#d55e00";
+}
+
 /// One colour per family, told apart by those who see few; 2D models are dashed.
 std::string colour_of(const std::string& model) {
-    static const std::map<std::string, std::string> colours{
-        {"car", "#0072b2"}, {"ma", "#e69f00"}, {"msar", "#009e73"}, {"mmrf", "#cc79a7"}, {"pmrf", "#d55e00"}};
-    const auto found = colours.find(model.substr(std::min<std::size_t>(3, model.size())));
-    return found == colours.end() ? "#444" : found->second;
+    if (const auto field = find_value<ModelKind>(model)) return colour_of(family(*field));
+    return model == name(ExperimentModel::compound) ? "#000" : "#56b4e9";
 }
 
 bool is_dashed(const std::string& model) {
-    return model.starts_with("2d-");
+    const auto field = find_value<ModelKind>(model);
+    return field && is_2d(*field);
+}
+
+bool is_roll(const std::string& model) {
+    return model == name(ExperimentModel::roll);
 }
 
 std::string heading(int level, const std::string& text) {
@@ -107,6 +127,7 @@ std::string legend(const std::vector<ExperimentTable::Row>& rows) {
 }
 
 /// MEMD* by order, one plot per number of levels: means over pictures of the best over estimators and seeds.
+/// Rolls, which have neither, are level lines in all of them.
 std::string plots_html(Connection& connection, const ExperimentTable& table) {
     std::map<int, std::map<std::string, std::map<int, double>>> means;  // of levels, model, order
     std::set<int> orders;
@@ -118,6 +139,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
         GROUP BY levels, model, "order")sql");
     query.bind(table.metric).bind(table.marginals);
     while (query.step()) {
+        if (is_roll(query.text(1))) continue;  // of a table of its own
         const int order = static_cast<int>(query.number(2));
         orders.insert(order);
         means[static_cast<int>(query.number(0))][query.text(1)][order] = query.real(3);
@@ -129,9 +151,14 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
     for (const auto& [levels, models] : means) {
         std::vector<PlotLine> lines;
         for (const ExperimentTable::Row& row : table.rows) {
+            PlotLine line{model_title(row.model), colour_of(row.model), is_dashed(row.model), {}};
+            if (is_roll(row.model)) {
+                line.values.assign(orders.size(), row.all.mean);
+                lines.push_back(std::move(line));
+                continue;
+            }
             const auto found = models.find(row.model);
             if (found == models.end()) continue;
-            PlotLine line{model_title(row.model), colour_of(row.model), is_dashed(row.model), {}};
             for (const int order : orders) {
                 const auto value = found->second.find(order);
                 line.values.push_back(value == found->second.end() ? std::numeric_limits<double>::quiet_NaN()
@@ -177,17 +204,19 @@ std::string picture_html(Connection& connection, const Statement& file) {
             SELECT *, ROW_NUMBER() OVER (PARTITION BY model, marginals, metric ORDER BY memd_star, key) AS place
             FROM jobs WHERE status = 'done' AND picture = ?) AS best
         LEFT JOIN textures ON textures.key = best.key
-        WHERE place = 1 ORDER BY best.metric, best.marginals, best.model)sql");
-    best.bind(picture);
+        WHERE place = 1 ORDER BY best.metric, best.marginals = ?, best.marginals, best.model)sql");
+    best.bind(picture).bind(any_marginals);
     while (best.step()) {
         const std::string uri = best.is_null(7) ? "" : thumbnail_uri(best.text(7), {}, white, thumbnail_side);
-        const int levels = static_cast<int>(best.number(5));
-        html += figure(uri, best.is_null(7) ? "not kept" : "not at hand",
-                       "<b>" + html_text(model_title(best.text(0))) + "</b> " + percent_text(best.real(3)) +
-                           " %<br>order " + std::to_string(best.number(4)) +
-                           (levels == 0 ? "" : ", K " + std::to_string(levels)) + ", " +
-                           html_text(best.text(6)) + "<br>marginals " + html_text(best.text(1)) +
-                           (best.text(2) == name(Metric::max) ? "" : ", " + html_text(best.text(2))));
+        const std::int64_t levels = best.number(5);
+        std::string caption =
+            "<b>" + html_text(model_title(best.text(0))) + "</b> " + percent_text(best.real(3)) + " %";
+        if (!is_roll(best.text(0)))
+            caption += "<br>order " + std::to_string(best.number(4)) +
+                       (levels == 0 ? "" : ", K " + std::to_string(levels)) + ", " + html_text(best.text(6)) +
+                       "<br>marginals " + html_text(best.text(1));
+        if (best.text(2) != name(Metric::max)) caption += "<br>metric " + html_text(best.text(2));
+        html += figure(uri, best.is_null(7) ? "not kept" : "not at hand", caption);
     }
     return html + "</div></section>\n";
 }
@@ -228,8 +257,8 @@ void write_experiment_report(const std::filesystem::path& database, const std::f
                        html_text(title) + "</title><style>" + style + "</style></head>\n<body>\n" +
                        heading(1, title);
     html += paragraph(
-        "How near random-field models come to the colours of pictures: MEMD* between every picture and "
-        "the best texture of each model, as P4 (Havlíček and Haindl, WSCG 2024), section 5. Written by "
+        "How near models come to the colours of pictures: MEMD* between every picture and the best "
+        "texture of each model, as P4 (Havlíček and Haindl, WSCG 2024), section 5. Written by "
         "btfield " BTFIELD_VERSION ".");
     for (const ExperimentTable& table : tables) {
         html += heading(2, "Marginals " + table.marginals + ", metric " + table.metric);

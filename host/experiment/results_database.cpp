@@ -92,7 +92,7 @@ void add_jobs(Connection& connection, const std::vector<JobResult>& results) {
             .bind_number(settings.order)
             .bind_number(settings.levels)
             .bind(name(settings.estimator))
-            .bind(name(settings.marginals))
+            .bind(marginals_text(settings))
             .bind(result.metric)
             .bind_number(static_cast<std::int64_t>(settings.seed))
             .bind(result.settings_text)

@@ -7,6 +7,7 @@
 
 #include "btfield/criteria.hpp"
 #include "btfield/experiment.hpp"
+#include "host/experiment/experiment_names.hpp"
 #include "host/experiment/results_database.hpp"
 
 namespace btfield {
@@ -59,7 +60,9 @@ ExperimentTable::Colour colour_of(const Material& material) {
 
     std::map<std::string, double> flat, full;  // least MEMD* of picture
     for (const auto& [model, pictures] : material.best) {
-        auto& least = model.starts_with("2d-") ? flat : full;
+        const std::optional<ModelKind> field = find_value<ModelKind>(model);
+        if (!field) continue;
+        auto& least = is_2d(*field) ? flat : full;
         for (const auto& [picture, value] : pictures) {
             const auto [place, added] = least.emplace(picture, value);
             if (!added) place->second = std::min(place->second, value);
@@ -81,6 +84,25 @@ ExperimentTable::Colour colour_of(const Material& material) {
     return colour;
 }
 
+/// Rolls belong to the tables of all marginals of their metric, or to one of their own.
+void spread_rolls(std::map<Variant, Contents>& contents) {
+    std::vector<Variant> spread;
+    for (const auto& [variant, rolls] : contents) {
+        if (variant.second != any_marginals) continue;
+        for (auto& [other, content] : contents) {
+            if (other.first != variant.first || other.second == any_marginals) continue;
+            for (const auto& [name, material] : rolls.materials) {
+                Material& place = content.materials[name];
+                place.pictures.insert(material.pictures.begin(), material.pictures.end());
+                place.best.insert(material.best.begin(), material.best.end());
+            }
+            for (const auto& [status, count] : rolls.counts) content.counts[status] += count;
+            spread.push_back(variant);
+        }
+    }
+    for (const Variant& variant : spread) contents.erase(variant);
+}
+
 ExperimentTable table_of(const Variant& variant, const Contents& contents) {
     ExperimentTable table;
     table.metric = variant.first;
@@ -99,8 +121,8 @@ ExperimentTable table_of(const Variant& variant, const Contents& contents) {
         table.colours.push_back(colour_of(content));
         for (const auto& entry : content.best) models.insert(entry.first);
     }
-    for (const ModelKind kind : model_kinds()) {
-        const std::string model(name(kind));
+    for (const ExperimentModel known : values_of<ExperimentModel>()) {
+        const std::string model(name(known));
         if (models.count(model) == 0) continue;
         ExperimentTable::Row row;
         row.model = model;
@@ -143,6 +165,14 @@ std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& data
         auto& models = material.best[best.text(4)];
         if (!best.is_null(5)) models[best.text(3)] = best.real(5);
     }
+    Statement count(connection, R"sql(
+        SELECT metric, marginals, status, count(*) FROM jobs WHERE picture IN (SELECT picture FROM files)
+        GROUP BY metric, marginals, status)sql");
+    while (count.step()) {
+        contents[{count.text(0), count.text(1)}].counts[count.text(2)] =
+            static_cast<std::uint64_t>(count.number(3));
+    }
+    spread_rolls(contents);
     Statement kappa(connection, R"sql(
         SELECT DISTINCT files.material, files.picture, pictures.kappa FROM files JOIN pictures USING (picture)
         WHERE pictures.kappa IS NOT NULL)sql");
@@ -151,13 +181,6 @@ std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& data
             const auto found = entry.second.materials.find(kappa.text(0));
             if (found != entry.second.materials.end()) found->second.kappa[kappa.text(1)] = kappa.real(2);
         }
-    }
-    Statement count(connection, R"sql(
-        SELECT metric, marginals, status, count(*) FROM jobs WHERE picture IN (SELECT picture FROM files)
-        GROUP BY metric, marginals, status)sql");
-    while (count.step()) {
-        contents[{count.text(0), count.text(1)}].counts[count.text(2)] =
-            static_cast<std::uint64_t>(count.number(3));
     }
     std::vector<ExperimentTable> tables;
     tables.reserve(contents.size());

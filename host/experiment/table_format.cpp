@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "host/base/text_table.hpp"
+#include "host/model/model_names.hpp"
 
 namespace btfield {
 
@@ -149,6 +150,7 @@ std::string csv_of(const std::vector<ExperimentTable>& tables) {
 
 std::string detail::model_title(const std::string& model) {
     std::string title = model;
+    if (!find_value<ModelKind>(model)) return title;
     for (char& c : title) c = c == '-' ? ' ' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     return title;
 }

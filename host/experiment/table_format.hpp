@@ -10,7 +10,7 @@
 
 namespace btfield::detail {
 
-/// "2D CAR" for "2d-car".
+/// "2D CAR" for "2d-car"; "compound" and "roll" as they are.
 [[nodiscard]] std::string model_title(const std::string& model);
 /// "1.87e-3", "18.8".
 [[nodiscard]] std::string kappa_text(double kappa);

@@ -31,6 +31,10 @@ enum class AnalysedPlanes {
 class AnalysedLevel {
   public:
     explicit AnalysedLevel(Image image) : image_(std::move(image)) {}
+    /// With a statistic of its own, whose box holds what will be asked for.
+    AnalysedLevel(Image image, LagCovariance statistic) : image_(std::move(image)) {
+        statistics_.push_back(std::move(statistic));
+    }
     [[nodiscard]] const Image& image() const { return image_; }
     /// Lag covariances of at least this box; computed again when a larger box is asked for.
     const LagCovariance& statistic(Offset box);

@@ -32,18 +32,18 @@ std::string describe(const Image& level) {
     return "random decrement of a level of " + text_of(level.size());
 }
 
-/// Sums over the significant pixels of some rows.
+/// Sums over the significant pixels of some rows, [s][i][j].
 struct Sums {
-    std::vector<double> sums;    ///< [s][i][j]
-    std::vector<double> counts;  ///< [i][j]
+    std::vector<double> sums, counts;
 };
 
 /// Walks over rows of the level.
 class Collector {
   public:
-    Collector(const Image& level, const std::vector<float>& thresholds, const std::vector<Offset>& offsets,
-              SignificanceRule rule)
+    Collector(const Image& level, std::span<const std::uint8_t> inside, const std::vector<float>& thresholds,
+              const std::vector<Offset>& offsets, SignificanceRule rule)
         : level_(&level),
+          inside_(inside),
           thresholds_(&thresholds),
           offsets_(&offsets),
           rule_(rule),
@@ -56,12 +56,13 @@ class Collector {
         for (int i = 0; i < d; ++i) judge(i, r);
         for (int j = 0; j < d; ++j) {
             for (int i = 0; i < d; ++i) {
-                find(i, j);
-                const int pair = i * d + j;
-                part.counts[static_cast<size_t>(pair)] += static_cast<double>(found_.size());
-                for (size_t s = 0; s < offsets_->size(); ++s)
-                    part.sums[(s * static_cast<size_t>(d) + static_cast<size_t>(i)) * static_cast<size_t>(d) +
-                              static_cast<size_t>(j)] += sum_at(i, r, (*offsets_)[s]);
+                find(i, j, r);
+                for (size_t s = 0; s < offsets_->size(); ++s) {
+                    const size_t at =
+                        (s * static_cast<size_t>(d) + static_cast<size_t>(i)) * static_cast<size_t>(d) +
+                        static_cast<size_t>(j);
+                    add_at(i, r, (*offsets_)[s], part.sums[at], part.counts[at]);
+                }
             }
         }
     }
@@ -88,27 +89,36 @@ class Collector {
         if (width_ > 1) pixel(width_ - 1, here[width_ - 2], here[0]);
     }
 
-    void find(int i, int j) {
+    /// Whether each pixel of the row counts; null where all do.
+    [[nodiscard]] const std::uint8_t* inside(int r) const {
+        return inside_.empty() ? nullptr
+                               : inside_.data() + static_cast<size_t>(wrapped(r, level_->height())) * width_;
+    }
+
+    void find(int i, int j, int r) {
         const std::uint8_t* above = above_.data() + static_cast<size_t>(j) * width_;
         const std::uint8_t* beside = beside_.data() + static_cast<size_t>(i) * width_;
+        const std::uint8_t* counted = inside(r);
         found_.clear();
         for (size_t c = 0; c < width_; ++c) {
-            if ((above[c] & beside[c]) != 0) found_.push_back(c);
+            if ((above[c] & beside[c]) != 0 && (counted == nullptr || counted[c] != 0)) found_.push_back(c);
         }
     }
 
-    [[nodiscard]] double sum_at(int plane, int r, Offset s) const {
+    void add_at(int plane, int r, Offset s, double& sum, double& count) const {
         const float* source = row(plane, r + s.row);
+        const std::uint8_t* counted = inside(r + s.row);
         const auto shift = static_cast<size_t>(wrapped(s.column, level_->width()));
-        double sum = 0.0;
         for (const size_t c : found_) {
-            const size_t at = c + shift;
-            sum += static_cast<double>(source[at < width_ ? at : at - width_]);
+            const size_t at = c + shift < width_ ? c + shift : c + shift - width_;
+            if (counted != nullptr && counted[at] == 0) continue;
+            sum += static_cast<double>(source[at]);
+            count += 1.0;
         }
-        return sum;
     }
 
     const Image* level_;
+    std::span<const std::uint8_t> inside_;
     const std::vector<float>* thresholds_;
     const std::vector<Offset>* offsets_;
     SignificanceRule rule_;
@@ -186,7 +196,8 @@ MatrixXd solve_noise(const std::vector<MatrixXd>& a, const MatrixXd& target, Noi
 }  // namespace
 
 std::vector<double> random_decrement(const Image& level, const LagCovariance& statistic,
-                                     const std::vector<Offset>& offsets, const MaOptions& options) {
+                                     const std::vector<Offset>& offsets, const MaOptions& options,
+                                     std::span<const std::uint8_t> inside) {
     const std::vector<float> thresholds = thresholds_of(level, statistic, options);
     const auto d = static_cast<size_t>(level.planes());
     constexpr int rows_per_block = 32;
@@ -195,18 +206,20 @@ std::vector<double> random_decrement(const Image& level, const LagCovariance& st
     for_each_block(blocks, [&](int block) {
         Sums& part = parts[static_cast<size_t>(block)];
         part.sums.assign(offsets.size() * d * d, 0.0);
-        part.counts.assign(d * d, 0.0);
-        Collector collector(level, thresholds, offsets, options.rule);
+        part.counts.assign(offsets.size() * d * d, 0.0);
+        Collector collector(level, inside, thresholds, offsets, options.rule);
         const int last = std::min(level.height(), (block + 1) * rows_per_block);
         for (int r = block * rows_per_block; r < last; ++r) collector.add_row(r, part);
     });
-    std::vector<double> sums(offsets.size() * d * d, 0.0), counts(d * d, 0.0);
+    std::vector<double> sums(offsets.size() * d * d, 0.0), counts(sums.size(), 0.0);
     for (const Sums& part : parts) {
         for (size_t k = 0; k < sums.size(); ++k) sums[k] += part.sums[k];
         for (size_t k = 0; k < counts.size(); ++k) counts[k] += part.counts[k];
     }
-    for (size_t pair = 0; pair < counts.size(); ++pair) {
-        if (!(counts[pair] > 0.0)) {
+    for (size_t pair = 0; pair < d * d; ++pair) {
+        double most = 0.0;  // neighbours inside: none at some offsets of a thin region
+        for (size_t s = 0; s < offsets.size(); ++s) most = std::max(most, counts[s * d * d + pair]);
+        if (!(most > 0.0)) {
             throw InputError(describe(level),
                              "no pixel of plane " + std::to_string(pair % d + 1) +
                                  " is significant: above xi = " + std::to_string(options.threshold) +
@@ -216,14 +229,15 @@ std::vector<double> random_decrement(const Image& level, const LagCovariance& st
         }
         for (size_t s = 0; s < offsets.size(); ++s) {
             double& value = sums[s * d * d + pair];
-            value = value / counts[pair] - statistic.mean()[pair / d];
+            const double count = counts[s * d * d + pair];
+            value = count > 0.0 ? value / count - statistic.mean()[pair / d] : 0.0;
         }
     }
     return sums;
 }
 
 MaModel fit_ma(const Image& level, const LagCovariance& statistic, const Support& support, NoiseForm noise,
-               const MaOptions& options) {
+               const MaOptions& options, std::span<const std::uint8_t> inside) {
     MaModel model;
     model.planes = level.planes();
     model.kind = support.kind;
@@ -233,7 +247,7 @@ MaModel fit_ma(const Image& level, const LagCovariance& statistic, const Support
                              Offset{});
     if (std::set<Offset>(model.offsets.begin(), model.offsets.end()).size() != model.offsets.size())
         throw InputError(describe(level), "the support repeats an offset", "list every offset once");
-    model.coefficients = random_decrement(level, statistic, model.offsets, options);
+    model.coefficients = random_decrement(level, statistic, model.offsets, options, inside);
 
     const Index d = model.planes;
     std::vector<MatrixXd> a;

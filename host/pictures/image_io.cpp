@@ -1,13 +1,10 @@
 #include "btfield/image_io.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <span>
 #include <string>
-#include <system_error>
 
 #include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
@@ -22,33 +19,6 @@ using namespace detail;
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* use_a_picture = "give a PNG, JPEG, TIFF, EXR, HDR or PNM picture";
-
-PictureFormat checked_format(const fs::path& path, const std::string& asked, std::uintmax_t& bytes) {
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (status.type() == fs::file_type::not_found) {
-        throw InputError(asked, "there is no such file", "check the name");
-    }
-    if (status.type() == fs::file_type::directory) throw InputError(asked, "it is a folder", use_a_picture);
-    if (status.type() == fs::file_type::none)
-        throw InputError(asked, error.message(), "check the permissions");
-    if (status.type() != fs::file_type::regular) {
-        throw InputError(asked, "it is a device or a pipe", "store the picture in a file first");
-    }
-    bytes = fs::file_size(path, error);
-    if (error) throw InputError(asked, error.message(), "check the permissions");
-    if (bytes == 0) throw InputError(asked, "the file is empty", "give a complete and undamaged file");
-
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw InputError(asked, "the file cannot be opened", "check the permissions");
-    std::array<char, 16> head{};
-    file.read(head.data(), head.size());
-    const auto format = format_of_bytes({head.data(), static_cast<std::size_t>(file.gcount())});
-    if (!format) throw InputError(asked, "it is not a picture of a known format", use_a_picture);
-    return *format;
-}
 
 /// \param place  where the values lie in the file, for the message
 void check_finite(std::span<const float> values, Crop place, const std::string& which,

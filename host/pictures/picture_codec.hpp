@@ -8,6 +8,7 @@
 #include <string>
 
 #include "btfield/api.hpp"
+#include "host/pictures/oiio/palette_png.hpp"
 #include "host/pictures/oiio/picture_decode.hpp"
 #include "host/pictures/oiio/picture_encode.hpp"
 
@@ -17,6 +18,8 @@ namespace btfield::detail {
 struct PictureCodec {
     decltype(&decode_picture) decode = nullptr;
     decltype(&encode_picture) encode = nullptr;
+    decltype(&decode_palette_png) decode_palette = nullptr;
+    decltype(&encode_palette_png) encode_palette = nullptr;
 };
 
 /// The codecs, loaded by the first call in the process, from any thread, and kept until its end. A static

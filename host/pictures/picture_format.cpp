@@ -5,6 +5,7 @@
 #include <cctype>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 #include <vector>
 
 #include "btfield/error.hpp"
@@ -85,6 +86,45 @@ std::optional<PictureFormat> format_of_bytes(std::string_view head) {
         return PictureFormat::pnm;
     }
     return std::nullopt;
+}
+
+PictureFormat checked_format(const std::filesystem::path& path, const std::string& asked,
+                             std::uintmax_t& bytes) {
+    namespace fs = std::filesystem;
+    constexpr const char* use_a_picture = "give a PNG, JPEG, TIFF, EXR, HDR or PNM picture";
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (status.type() == fs::file_type::not_found) {
+        throw InputError(asked, "there is no such file", "check the name");
+    }
+    if (status.type() == fs::file_type::directory) throw InputError(asked, "it is a folder", use_a_picture);
+    if (status.type() == fs::file_type::none)
+        throw InputError(asked, error.message(), "check the permissions");
+    if (status.type() != fs::file_type::regular) {
+        throw InputError(asked, "it is a device or a pipe", "store the picture in a file first");
+    }
+    bytes = fs::file_size(path, error);
+    if (error) throw InputError(asked, error.message(), "check the permissions");
+    if (bytes == 0) throw InputError(asked, "the file is empty", use_a_complete_file);
+
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw InputError(asked, "the file cannot be opened", "check the permissions");
+    std::array<char, 16> head{};
+    file.read(head.data(), head.size());
+    const auto format = format_of_bytes({head.data(), static_cast<std::size_t>(file.gcount())});
+    if (!format) throw InputError(asked, "it is not a picture of a known format", use_a_picture);
+    return *format;
+}
+
+void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked) {
+    // No codec packs this well (zlib: 1032, zstd runs: 32768), so the pixels cannot be there.
+    constexpr double best_packing = 65536.0;
+    if (!(row_bytes * size.height <= best_packing * static_cast<double>(file_bytes))) {
+        throw InputError(asked,
+                         "its header says " + compact_text_of(size) + " pixels, which " +
+                             std::to_string(file_bytes) + " bytes cannot hold",
+                         use_a_complete_file);
+    }
 }
 
 std::string jpeg_missing_end(const std::filesystem::path& path) {

@@ -4,6 +4,7 @@
 /// What the picture formats are and what each can hold. No codec here.
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,6 +13,8 @@
 #include "btfield/image_io.hpp"
 
 namespace btfield::detail {
+
+constexpr const char* use_a_complete_file = "give a complete and undamaged file";
 
 enum class PictureFormat { png, jpeg, tiff, exr, hdr, pnm };
 
@@ -26,6 +29,16 @@ inline constexpr std::array<float, 8> xyz_chromaticities{1, 0, 0, 1, 0, 0, 1.0F 
 
 /// By the file's first bytes (at least 8 where the file has them); empty when they are of none.
 [[nodiscard]] std::optional<PictureFormat> format_of_bytes(std::string_view head);
+
+/// Format of a file, and its size.
+/// \throws InputError when it is missing, no regular file, empty, unreadable or of no known format.
+[[nodiscard]] PictureFormat checked_format(const std::filesystem::path& path, const std::string& asked,
+                                           std::uintmax_t& bytes);
+
+/// A damaged header must not claim all memory.
+/// \param row_bytes  of the decoded picture
+/// \throws InputError when no codec could have packed so many pixels into the file.
+void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked);
 
 /// Where a JPEG breaks off before its end mark; empty when it is complete. Its decoder pads with grey
 /// instead.

@@ -16,8 +16,6 @@
 namespace btfield::detail {
 namespace {
 
-constexpr const char* use_a_complete_file = "give a complete and undamaged file";
-
 bool is_space(char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
@@ -156,6 +154,11 @@ Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Cr
     return samples;
 }
 
+std::string bytes_of(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
 template <class T>
 void append_row(std::string& bytes, const Image& image, int row) {
     for (int c = 0; c < image.width(); ++c) {
@@ -169,10 +172,15 @@ void append_row(std::string& bytes, const Image& image, int row) {
 
 }  // namespace
 
+int pnm_maximum(const std::filesystem::path& path, const std::string& asked) {
+    const std::string bytes = bytes_of(path);
+    Scanner scanner(bytes, asked);
+    return decode_header(scanner, Kind(bytes[1]), asked).maximum;
+}
+
 Picture read_pnm(const std::filesystem::path& path, const std::optional<Crop>& crop,
                  const std::string& asked) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    const std::string bytes = bytes_of(path);
     Crop part;
     const Samples samples = decode(bytes, crop, part, asked);
 

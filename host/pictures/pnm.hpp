@@ -17,6 +17,10 @@ namespace btfield::detail {
 [[nodiscard]] Picture read_pnm(const std::filesystem::path& path, const std::optional<Crop>& crop,
                                const std::string& asked);
 
+/// The value that read_pnm() reads as 1.
+/// \throws InputError when the header is damaged.
+[[nodiscard]] int pnm_maximum(const std::filesystem::path& path, const std::string& asked);
+
 /// P5 for one plane, P6 for three, maximum 255 or 65535.
 /// \throws InputError when the disk is full.
 void write_pnm(const std::filesystem::path& path, const Image& image, PixelType type,

@@ -2,8 +2,8 @@
 
 /// \file
 /// Experiments over many pictures and models, as P4 section 5: pictures × models × orders × levels ×
-/// estimators × marginals × seeds, every texture held against its picture. docs/experiments.md describes
-/// configuration and database.
+/// estimators × marginals × seeds, every texture held against its picture; compound models and rolls beside
+/// the random fields. docs/experiments.md describes configuration and database.
 
 #include <cstdint>
 #include <filesystem>
@@ -22,6 +22,28 @@
 
 namespace btfield {
 
+/// What an experiment compares: the ten random fields, in the order of ModelKind, and two that textures may
+/// come from instead.
+enum class ExperimentModel {
+    car2d,
+    car3d,
+    ma2d,
+    ma3d,
+    msar2d,
+    msar3d,
+    mmrf2d,
+    mmrf3d,
+    pmrf2d,
+    pmrf3d,
+    compound,  ///< fit_compound() and CompoundSynthesiser
+    roll,      ///< Roller::quilt() of the picture itself
+};
+/// "2d-car", …, "compound", "roll".
+[[nodiscard]] BTFIELD_API std::string_view name(ExperimentModel model);
+[[nodiscard]] BTFIELD_API ExperimentModel experiment_model(ModelKind kind);
+/// Nothing for those that are no random field.
+[[nodiscard]] BTFIELD_API std::optional<ModelKind> random_field(ExperimentModel model);
+
 /// Pictures of one material.
 struct ExperimentPictures {
     std::string material;
@@ -36,7 +58,7 @@ struct ExperimentConfig {
     std::string name;
     std::filesystem::path folder;  ///< that paths are relative to: the configuration file's
     std::vector<ExperimentPictures> pictures;
-    std::vector<ModelKind> models;
+    std::vector<ExperimentModel> models;
     std::vector<int> orders;
     std::vector<int> levels;  ///< K; 0 = as fit() chooses
     std::vector<EstimatorChoice> estimators{EstimatorChoice::automatic};
@@ -128,7 +150,8 @@ BTFIELD_API ExperimentResult merge_experiments(const std::vector<std::filesystem
                                                const std::filesystem::path& output);
 
 /// P4's Table 1: per picture and model the best MEMD* over orders, levels, estimators and seeds; mean and
-/// deviation of these over the pictures of a material, and over all. Percent of the largest MEMD.
+/// deviation of these over the pictures of a material, and over all. Percent of the largest MEMD. Rows are in
+/// the order of ExperimentModel.
 struct ExperimentTable {
     struct Cell {
         int pictures = 0;        ///< that the model gave a texture for
@@ -142,8 +165,8 @@ struct ExperimentTable {
     };
     struct Colour {
         double kappa = 0.0;     ///< κ(256), median over the material's pictures
-        double best_2d = 0.0;   ///< mean over pictures of the least MEMD* of the 2D models; NaN without
-        double best_3d = 0.0;   ///< the same of the 3D models
+        double best_2d = 0.0;   ///< mean over pictures of the least MEMD* of the 2D fields; NaN without
+        double best_3d = 0.0;   ///< the same of the 3D fields
         bool needs_3d = false;  ///< what κ > 3 predicts
         bool gap = false;       ///< best_2d exceeds best_3d by more than gap_threshold
     };
@@ -159,7 +182,8 @@ struct ExperimentTable {
 /// percents.
 inline constexpr double memd_gap_threshold = 1.0;
 
-/// One table per metric and marginals that the database has, from the jobs it has so far.
+/// One table per metric and marginals that the database has, from the jobs it has so far. Rolls, whose
+/// marginals are "any", are in all of their metric.
 /// \throws InputError when the file is no such database or damaged
 [[nodiscard]] BTFIELD_API std::vector<ExperimentTable> experiment_tables(
     const std::filesystem::path& database);

@@ -117,6 +117,23 @@ TEST(CliExperiment, RunTableMergeReport) {
     EXPECT_EQ(test::bytes_of(database), results);
 }
 
+TEST(CliExperiment, CompoundAndRollInTables) {
+    const TemporaryFolder folder;
+    const std::string config = test::varied_experiment(folder).string(),
+                      database = (folder / "r.db").string();
+    const Ended run = run_program(experiment({"run", config, "--out", database, "--json"}));
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(test::parsed(run.out)["done"], 10);
+    const json table = test::parsed(run_program(experiment({"table", database, "--json"})).out)["tables"][0];
+    std::vector<std::string> models;
+    for (const json& row : table["models"]) {
+        models.push_back(row["model"].get<std::string>());
+        EXPECT_GT(row["all"]["mean"].get<double>(), 0.0) << row["model"];
+    }
+    EXPECT_EQ(models, (std::vector<std::string>{"3d-car", "compound", "roll"}));
+    EXPECT_TRUE(table["materials"][0]["best_2d"].is_null());
+}
+
 TEST(CliExperiment, WrongUsage) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();

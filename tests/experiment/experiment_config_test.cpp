@@ -10,7 +10,9 @@
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/experiment/config_text.hpp"
+#include "host/experiment/experiment_names.hpp"
 #include "host/experiment/jobs.hpp"
+#include "host/experiment/sha256.hpp"
 #include "tests/experiment_cases.hpp"
 #include "tests/json_text.hpp"
 
@@ -54,7 +56,7 @@ TEST(ExperimentConfig, EveryKeyArrives) {
     ASSERT_TRUE(config.pictures[0].crop.has_value());
     EXPECT_EQ(crop_text(config.pictures[0].crop), "1,2,3,4");
     EXPECT_EQ(config.pictures[0].white, 2.5);
-    EXPECT_EQ(config.models, std::vector<ModelKind>{ModelKind::car3d});
+    EXPECT_EQ(config.models, std::vector<ExperimentModel>{ExperimentModel::car3d});
     EXPECT_EQ(config.orders, (std::vector<int>{2, 1}));
     EXPECT_EQ(config.levels, (std::vector<int>{1, 0}));
     EXPECT_EQ(config.estimators,
@@ -86,6 +88,8 @@ TEST(ExperimentConfig, RefusalsNameThePlace) {
     expect("/levels/0", -1, "levels[0]");
     expect("/models", "none", "models is no list");
     expect("/models/0", "4d-car", "models[0] is \"4d-car\", none of 2d-car");
+    expect("/models/0", "Roll", "3d-pmrf, compound, roll");
+    expect("/models", json::array({"roll", "3d-car", "roll"}), "models[2] repeats");
     expect("/estimators/0", "best", "estimators[0]");
     expect("/marginals/0", true, "marginals[0]");
     expect("/seeds/0", -1, "seeds[0]");
@@ -166,17 +170,95 @@ TEST(ExperimentConfig, SchemaFileAgrees) {
     document["pictures"][0]["?"] = 1;
     EXPECT_EQ(keys_of_reader(document), keys_of_schema(schema["properties"]["pictures"]["items"]));
     std::set<std::string> models;
-    for (const ModelKind kind : model_kinds()) models.emplace(name(kind));
+    for (const auto& known : names_of<ExperimentModel>()) models.emplace(known.word);
     EXPECT_EQ(schema["properties"]["models"]["oneOf"][1]["items"]["enum"].get<std::set<std::string>>(),
               models);
 }
 
+std::vector<ExperimentModel> every_model() {
+    const auto models = values_of<ExperimentModel>();
+    return {models.begin(), models.end()};
+}
+
+TEST(ExperimentConfig, CompoundAndRollAreModelsButNotOfAll) {
+    json document = good();
+    document["models"] = json::array({"roll", "3d-car", "compound"});
+    EXPECT_EQ(read(document).models,
+              (std::vector<ExperimentModel>{ExperimentModel::roll, ExperimentModel::car3d,
+                                            ExperimentModel::compound}));
+    document["models"] = "all";
+    const std::vector<ExperimentModel> all = read(document).models;
+    ASSERT_EQ(all.size(), model_kinds().size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        EXPECT_EQ(all[i], experiment_model(model_kinds()[i]));
+        EXPECT_EQ(random_field(all[i]), model_kinds()[i]);
+        EXPECT_EQ(name(all[i]), name(model_kinds()[i]));
+    }
+    EXPECT_EQ(random_field(ExperimentModel::compound), std::nullopt);
+    EXPECT_EQ(random_field(ExperimentModel::roll), std::nullopt);
+}
+
+/// Else databases would be computed again.
+TEST(ExperimentConfig, KeysOfRandomFieldsStay) {
+    json document = good();
+    document["models"] = "all";
+    const ExperimentConfig config = read(document);
+    std::string all;
+    for (const JobSettings& job : job_settings(config)) all += job_key("picture", settings_text(config, job));
+    EXPECT_EQ(settings_text(config, job_settings(config).front()),
+              R"({"allow_invalid":true,"estimator":"auto","factor":3,"gains":"none","levels":1,)"
+              R"("marginals":"none","metric":"l2","model":"2d-car","noise":"diagonal","order":2,"seed":3,)"
+              R"("size":[20,10]})");
+    EXPECT_EQ(sha256(all), "bf64c252e2c35444fafa55d362c6bc0223812728f6d7f918e414fd86c574bfa5");
+}
+
+TEST(ExperimentConfig, KeysHoldWhatMattersAlone) {
+    const auto texts = [](ExperimentModel model, const char* key, const json& value) {
+        json document = good();
+        document["orders"] = document["levels"] = json::array({1});
+        document["marginals"] = json::array({"match"});
+        document["seeds"] = json::array({3});
+        if (key != nullptr) document[key] = value;
+        ExperimentConfig config = read(document);
+        config.models = {model};
+        std::set<std::string> all;
+        for (const JobSettings& job : job_settings(config)) all.insert(settings_text(config, job));
+        return all;
+    };
+    const std::set<std::string> roll = texts(ExperimentModel::roll, nullptr, {}),
+                                compound = texts(ExperimentModel::compound, nullptr, {});
+    EXPECT_EQ(roll, std::set<std::string>{R"({"metric":"l2","model":"roll","seed":3,"size":[20,10]})"});
+    EXPECT_EQ(compound.size(), 1U);
+    const std::vector<std::pair<const char*, json>> models_alone{{"orders", json::array({2})},
+                                                                 {"levels", json::array({2})},
+                                                                 {"marginals", json::array({"none"})},
+                                                                 {"factor", 2},
+                                                                 {"noise", "full"},
+                                                                 {"allow_invalid", false}};
+    for (const auto& [key, value] : models_alone) {
+        EXPECT_EQ(texts(ExperimentModel::roll, key, value), roll) << key;
+        EXPECT_NE(texts(ExperimentModel::compound, key, value), compound) << key;
+    }
+    const std::vector<std::pair<const char*, json>> neither{{"gains", "match"},
+                                                            {"estimators", json::array({"ml", "ls"})}};
+    for (const auto& [key, value] : neither) {
+        EXPECT_EQ(texts(ExperimentModel::roll, key, value), roll) << key;
+        EXPECT_EQ(texts(ExperimentModel::compound, key, value), compound) << key;
+    }
+    const std::vector<std::pair<const char*, json>> both{
+        {"seeds", json::array({4})}, {"metric", "l1"}, {"size", json::array({20, 20})}};
+    for (const auto& [key, value] : both) {
+        EXPECT_NE(texts(ExperimentModel::roll, key, value), roll) << key;
+        EXPECT_NE(texts(ExperimentModel::compound, key, value), compound) << key;
+    }
+}
+
 TEST(ExperimentConfig, JobsOfOneFitFollowEachOtherAndNoneIsThereTwice) {
     ExperimentConfig config = read(good());
-    config.models = {model_kinds().begin(), model_kinds().end()};
+    config.models = every_model();
     const std::vector<JobSettings> jobs = job_settings(config);
-    // Each model with each estimator, but for CAR and MA, which have one.
-    EXPECT_EQ(jobs.size(), (6U * 3U + 4U) * 2U * 2U * 2U * 2U);
+    // Each model with each estimator, but for CAR, MA and compound, which have one; a roll for each seed.
+    EXPECT_EQ(jobs.size(), (6U * 3U + 5U) * 2U * 2U * 2U * 2U + 2U);
     std::set<std::string> texts;
     for (std::size_t i = 0; i < jobs.size(); ++i) {
         EXPECT_TRUE(texts.insert(settings_text(config, jobs[i])).second);

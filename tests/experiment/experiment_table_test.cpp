@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::TemporaryFolder;
 
-JobResult job(const std::string& picture, ModelKind model, int order, double memd_star) {
+JobResult job(const std::string& picture, ExperimentModel model, int order, double memd_star) {
     JobResult result;
     result.picture = picture;
     result.settings.model = model;
@@ -70,10 +70,10 @@ fs::path known_results(const TemporaryFolder& folder) {
     }
     WorkReport report;
     report.results = {
-        job("1", ModelKind::car2d, 1, 6.0), job("1", ModelKind::car2d, 3, 4.0),
-        job("2", ModelKind::car2d, 1, 8.0), job("1", ModelKind::car3d, 1, 3.0),
-        job("2", ModelKind::car3d, 1, 4.0), job("3", ModelKind::car2d, 1, 1.0),
-        job("3", ModelKind::car3d, 1, NAN), job("3", ModelKind::ma3d, 1, 1.5),
+        job("1", ExperimentModel::car2d, 1, 6.0), job("1", ExperimentModel::car2d, 3, 4.0),
+        job("2", ExperimentModel::car2d, 1, 8.0), job("1", ExperimentModel::car3d, 1, 3.0),
+        job("2", ExperimentModel::car3d, 1, 4.0), job("3", ExperimentModel::car2d, 1, 1.0),
+        job("3", ExperimentModel::car3d, 1, NAN), job("3", ExperimentModel::ma3d, 1, 1.5),
     };
     report.kept = {{"1", "3d-car", "match", "max", "13d-car1", (folder / "p2.ppm").string()}};
     database.add(report);
@@ -165,6 +165,83 @@ TEST(ExperimentTable, EmptyDatabase) {
     EXPECT_NE(test::bytes_of(folder / "page.html").find("</html>"), std::string::npos);
 }
 
+/// One picture: compound models and rolls beside 2D and 3D CAR, marginals match and none; rolls alone in l1.
+fs::path twelve_results(const TemporaryFolder& folder) {
+    ResultsDatabase database(folder / "twelve.db", "make it");
+    PictureSource source;
+    source.name = "p.ppm";
+    source.file = folder / source.name;
+    source.material = "m";
+    source.picture = "1";
+    test::write_texture(source.file, 1);
+    database.add(std::vector{source});
+    WorkReport report;
+    report.facts = PictureFacts{"1", 5.0, {32, 40}, 3};
+    for (const MarginalMode marginals : {MarginalMode::match, MarginalMode::none}) {
+        for (const auto& [model, memd_star] : std::vector<std::pair<ExperimentModel, double>>{
+                 {ExperimentModel::compound, marginals == MarginalMode::match ? 0.5 : 0.75},
+                 {ExperimentModel::car3d, 2.0},
+                 {ExperimentModel::car2d, 4.0}}) {
+            for (const int order : {1, 2}) {
+                JobResult result = job("1", model, order, memd_star + order - 1);
+                result.settings.marginals = marginals;
+                result.key += name(marginals);
+                report.results.push_back(result);
+            }
+        }
+    }
+    for (const char* metric : {"max", "l1"}) {
+        for (const int seed : {1, 2}) {
+            JobResult roll = job("1", ExperimentModel::roll, 0, 0.25 * seed);
+            roll.settings.levels = 0;
+            roll.metric = metric;
+            roll.key = metric + std::to_string(seed);
+            report.results.push_back(roll);
+        }
+    }
+    database.add(report);
+    database.close();
+    return folder / "twelve.db";
+}
+
+TEST(ExperimentTable, CompoundAndRollAreRowsAfterTheTen) {
+    const TemporaryFolder folder;
+    const std::vector<ExperimentTable> tables = experiment_tables(twelve_results(folder));
+    ASSERT_EQ(tables.size(), 3U);
+    EXPECT_EQ(tables[0].metric, "l1");
+    EXPECT_EQ(tables[0].marginals, "any");
+    ASSERT_EQ(tables[0].rows.size(), 1U);
+    EXPECT_EQ(tables[0].rows[0].model, "roll");
+    EXPECT_EQ(tables[0].rows[0].all.mean, 0.25);
+    EXPECT_TRUE(std::isnan(tables[0].colours[0].best_2d));
+    EXPECT_TRUE(std::isnan(tables[0].colours[0].best_3d));
+    for (const std::size_t t : {1U, 2U}) {
+        const ExperimentTable& table = tables[t];
+        EXPECT_EQ(table.metric, "max");
+        EXPECT_EQ(table.marginals, t == 1 ? "match" : "none");
+        EXPECT_EQ(table.done, 8U);
+        std::vector<std::string> models;
+        for (const ExperimentTable::Row& row : table.rows) models.push_back(row.model);
+        ASSERT_EQ(models, (std::vector<std::string>{"2d-car", "3d-car", "compound", "roll"}));
+        EXPECT_EQ(table.rows[2].all.mean, t == 1 ? 0.5 : 0.75);
+        EXPECT_EQ(table.rows[3].all.mean, 0.25);
+        EXPECT_EQ(table.rows[3].all.pictures, 1);
+        // Of random fields alone.
+        EXPECT_EQ(table.colours[0].best_2d, 4.0);
+        EXPECT_EQ(table.colours[0].best_3d, 2.0);
+        EXPECT_TRUE(table.colours[0].gap);
+    }
+    for (const TableFormat format : {TableFormat::text, TableFormat::markdown, TableFormat::latex}) {
+        const std::string text = format_tables(tables, format);
+        EXPECT_NE(text.find("compound"), std::string::npos) << text;
+        EXPECT_NE(text.find("roll"), std::string::npos) << text;
+        EXPECT_EQ(text.find("nan"), std::string::npos) << text;
+    }
+    const std::string csv = format_tables(tables, TableFormat::csv);
+    EXPECT_NE(csv.find("max,none,m,5,4,2,compound,0.75,0,1\n"), std::string::npos) << csv;
+    EXPECT_NE(csv.find("l1,any,m,5,,,roll,0.25,0,1\n"), std::string::npos) << csv;
+}
+
 /// Every element that opens closes again, in order; nothing is loaded from elsewhere.
 void expect_page(const std::string& html) {
     std::vector<std::string> open;
@@ -222,6 +299,28 @@ TEST(ExperimentTable, PageIsCompleteAndAlone) {
     write_experiment_report(database, folder / "page.html", 1);
     EXPECT_EQ(count_of(test::bytes_of(folder / "page.html"), "<section class=\"picture\">"), 1U);
     EXPECT_THROW(write_experiment_report(database, folder / "absent" / "page.html"), InputError);
+}
+
+TEST(ExperimentTable, PageShowsCompoundAndRoll) {
+    const TemporaryFolder folder;
+    write_experiment_report(twelve_results(folder), folder / "page.html");
+    const std::string html = test::bytes_of(folder / "page.html");
+    expect_page(html);
+    EXPECT_EQ(count_of(html, "<table"), 3U);
+    // Two plots of four lines each, over orders 1 and 2; rolls alone have none.
+    EXPECT_EQ(count_of(html, "<path "), 8U);
+    EXPECT_EQ(count_of(html, "<circle "), 16U);
+    EXPECT_EQ(count_of(html, "nan"), 0U);
+    for (const char* model : {"compound", "roll", "3D CAR"})
+        EXPECT_NE(html.find("<title>" + std::string(model) + "</title>"), std::string::npos) << model;
+    std::set<std::string> colours;
+    const std::regex group("<g stroke=\"(#[0-9a-f]+)\"");
+    for (std::sregex_iterator it(html.begin(), html.end(), group), end; it != end; ++it)
+        colours.insert((*it)[1]);
+    EXPECT_EQ(colours.size(), 3U);  // CAR is one family
+    // A roll has no order and no levels.
+    EXPECT_NE(html.find("<b>roll</b> 0.25 %</figcaption>"), std::string::npos);
+    EXPECT_EQ(html.find("order 0"), std::string::npos);
 }
 
 /// What the browser makes of the page, as JSON: a script at its end writes it into the document.

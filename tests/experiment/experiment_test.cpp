@@ -14,8 +14,11 @@
 #include <string>
 #include <thread>
 
+#include "btfield/compound.hpp"
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
+#include "btfield/roller.hpp"
+#include "btfield/synthesis.hpp"
 #include "host/experiment/picture_work.hpp"
 #include "host/experiment/results_database.hpp"
 #include "tests/experiment_cases.hpp"
@@ -33,9 +36,10 @@ using test::put_bytes;
 using test::query_lines;
 using test::small_experiment;
 using test::TemporaryFolder;
+using test::varied_experiment;
 using test::whole_rows;
 
-constexpr std::uint64_t small_jobs = 24;
+constexpr std::uint64_t small_jobs = 24, varied_jobs = 10;
 
 std::string error_of(const ExperimentConfig& config, const fs::path& database,
                      const ExperimentRunOptions& options) {
@@ -111,6 +115,139 @@ TEST(Experiment, RowsAreWhatTheStationsSay) {
     EXPECT_FALSE(row.step());
 }
 
+TEST(Experiment, CompoundAndRollHaveRowsOfTheirOwn) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(varied_experiment(folder));
+    const ExperimentResult first = run_experiment(config, folder / "1.db", threads(1));
+    EXPECT_EQ(first.jobs, varied_jobs);
+    EXPECT_EQ(first.done, varied_jobs);
+    const std::vector<std::string> rows = comparable_rows(folder / "1.db");
+    EXPECT_EQ(query_lines(folder / "1.db",
+                          "SELECT model, count(*), count(memd_star), count(certified), count(DISTINCT seed) "
+                          "FROM jobs GROUP BY model",
+                          5),
+              (std::vector<std::string>{"3d-car|4|4|4|2|", "compound|4|4|4|2|", "roll|2|2|0|2|"}));
+    // Nothing is said of a model where there is none.
+    EXPECT_EQ(
+        query_lines(folder / "1.db",
+                    "SELECT \"order\", levels, estimator, marginals, count(min_singular), count(zeros), "
+                    "count(lowest_ratio), count(highest_ratio), count(estimators), count(fitted_levels), "
+                    "count(parameters), count(memd), count(variance_ratio), count(clamped_pixels) "
+                    "FROM jobs WHERE model = 'roll'",
+                    14),
+        std::vector<std::string>{"0|0|auto|any|0|0|0|0|0|0|0|2|2|2|"});
+    const std::vector<ExperimentTable> tables = experiment_tables(folder / "1.db");
+    ASSERT_EQ(tables.size(), 1U);
+    for (const ExperimentTable::Row& row : tables[0].rows)
+        EXPECT_TRUE(std::isfinite(row.all.mean)) << row.model;
+
+    EXPECT_EQ(run_experiment(config, folder / "1.db", threads(1)).skipped, varied_jobs);
+    ExperimentRunOptions one_at_a_time = threads(2);
+    one_at_a_time.unit = 1;
+    run_experiment(config, folder / "2.db", one_at_a_time);
+    EXPECT_EQ(comparable_rows(folder / "2.db"), rows);
+    // What rolls do not depend on asks for no other roll.
+    ExperimentConfig other = config;
+    other.models = {ExperimentModel::roll};
+    other.orders = {3};
+    other.marginals = {MarginalMode::none};
+    const ExperimentResult again = run_experiment(other, folder / "1.db", threads(1));
+    EXPECT_EQ(again.jobs, 2U);
+    EXPECT_EQ(again.skipped, 2U);
+}
+
+TEST(Experiment, RowsOfCompoundAndRollAreWhatTheStationsSay) {
+    const TemporaryFolder folder;
+    ExperimentConfig config = read_experiment(varied_experiment(folder));
+    config.orders = {2};
+    config.seeds = {7};
+    config.size = Size{24, 36};
+    config.noise = NoiseForm::diagonal;
+    run_experiment(config, folder / "r.db", threads(1));
+    const Image picture = read_picture(folder / "a.ppm").image;
+    Device device;
+    CompoundOptions options;
+    options.local.order = 2;
+    options.local.levels = 1;
+    options.local.noise = NoiseForm::diagonal;
+    const CompoundModel model = fit_compound(device, picture, options);
+    const Image grown = CompoundSynthesiser(device, model, *config.size).synthesise(7);
+    RollerOptions seed;
+    seed.seed = 7;
+    const Image rolled = apply(Roller(device, {&picture, 1}).quilt(*config.size, seed), picture);
+    Connection connection(folder / "r.db", Connection::Access::read, "read");
+    Statement row(connection,
+                  "SELECT memd, certified, min_singular, zeros, lowest_ratio, highest_ratio, estimators, "
+                  "fitted_levels, parameters FROM jobs WHERE model IN ('compound', 'roll') ORDER BY model");
+    ASSERT_TRUE(row.step());
+    EXPECT_EQ(row.real(0), memd(device, picture, as_stored(grown, PixelType::uint8)).memd);
+    EXPECT_EQ(row.number(1), is_valid(model) ? 1 : 0);
+    double singular = INFINITY, lowest = INFINITY, highest = 0.0;
+    int zeros = 0;
+    for (const CompoundRegion& region : model.regions) {
+        ASSERT_EQ(region.residual.levels.size(), 1U);
+        const Certificate& certificate = region.residual.levels[0].certificate;
+        singular = std::min(singular, certificate.min_singular);
+        zeros += certificate.zeros;
+        for (const double ratio : certificate.variance_ratio) {
+            lowest = std::min(lowest, ratio);
+            highest = std::max(highest, ratio);
+        }
+    }
+    EXPECT_EQ(row.real(2), singular);
+    EXPECT_EQ(row.number(3), zeros);
+    EXPECT_EQ(row.real(4), lowest);
+    EXPECT_EQ(row.real(5), highest);
+    EXPECT_EQ(row.text(6), "rd");
+    EXPECT_EQ(row.number(7), 1);
+    EXPECT_EQ(row.number(8), static_cast<std::int64_t>(parameter_count(model)));
+    ASSERT_TRUE(row.step());
+    EXPECT_EQ(row.real(0), memd(device, picture, as_stored(rolled, PixelType::uint8)).memd);
+    EXPECT_FALSE(row.step());
+}
+
+TEST(Experiment, CompoundAndRollOfAPictureThatIsTooSmallAreRefused) {
+    const TemporaryFolder folder;
+    ExperimentConfig config = read_experiment(varied_experiment(folder));
+    config.models = {ExperimentModel::compound, ExperimentModel::roll};
+    config.pictures[0].crop = Crop{0, 0, 12, 12};
+    const ExperimentResult result = run_experiment(config, folder / "r.db", threads(1));
+    EXPECT_EQ(result.refused, 6U);
+    for (const std::string& reason : query_lines(folder / "r.db", "SELECT reason FROM jobs", 1))
+        EXPECT_NE(reason.find("16"), std::string::npos) << reason;
+    const std::vector<ExperimentTable> tables = experiment_tables(folder / "r.db");
+    ASSERT_EQ(tables.size(), 1U);
+    for (const ExperimentTable::Row& row : tables[0].rows) EXPECT_EQ(row.all.pictures, 0) << row.model;
+}
+
+/// Those of the pictures in `folder`.
+void expect_kept_as_measured(const TemporaryFolder& folder, const fs::path& database) {
+    Device device;
+    Connection connection(database, Connection::Access::read, "read");
+    Statement row(
+        connection,
+        "SELECT t.file, j.memd, f.name, (SELECT min(memd) FROM jobs o WHERE o.picture = j.picture "
+        "AND o.model = j.model) FROM textures t JOIN jobs j USING (key) JOIN files f ON f.picture = "
+        "t.picture");
+    while (row.step()) {
+        const Image texture = read_picture(row.text(0)).image;
+        EXPECT_EQ(memd(device, read_picture(folder / row.text(2)).image, texture).memd, row.real(1))
+            << row.text(0);
+        EXPECT_EQ(row.real(1), row.real(3));
+    }
+}
+
+TEST(Experiment, KeptTexturesOfCompoundAndRollAreThoseThatWereMeasured) {
+    const TemporaryFolder folder;
+    const ExperimentConfig config = read_experiment(varied_experiment(folder));
+    ExperimentRunOptions options = threads(1);
+    options.textures = folder / "best";
+    run_experiment(config, folder / "r.db", options);
+    EXPECT_EQ(query_lines(folder / "r.db", "SELECT model, marginals FROM textures ORDER BY model", 2),
+              (std::vector<std::string>{"3d-car|match|", "compound|match|", "roll|any|"}));
+    expect_kept_as_measured(folder, folder / "r.db");
+}
+
 TEST(Experiment, KeptTexturesAreThoseThatWereMeasured) {
     const TemporaryFolder folder;
     const ExperimentConfig config = read_experiment(small_experiment(folder));
@@ -125,18 +262,7 @@ TEST(Experiment, KeptTexturesAreThoseThatWereMeasured) {
             4);
     };
     ASSERT_EQ(kept().size(), 4U);  // 2 pictures, 2 models
-    Device device;
-    Connection connection(folder / "r.db", Connection::Access::read, "read");
-    Statement row(connection,
-                  "SELECT t.file, j.memd, f.name, (SELECT min(memd) FROM jobs o WHERE o.picture = j.picture "
-                  "AND o.model "
-                  "= j.model) FROM textures t JOIN jobs j USING (key) JOIN files f ON f.picture = t.picture");
-    while (row.step()) {
-        const Image texture = read_picture(row.text(0)).image;
-        EXPECT_EQ(memd(device, read_picture(folder / row.text(2)).image, texture).memd, row.real(1))
-            << row.text(0);
-        EXPECT_EQ(row.real(1), row.real(3));
-    }
+    expect_kept_as_measured(folder, folder / "r.db");
     // One that has gone comes back, and no job is done for it.
     const std::string lost = query_lines(folder / "r.db", "SELECT file FROM textures LIMIT 1", 1)[0];
     const fs::path file = lost.substr(0, lost.size() - 1);
@@ -394,6 +520,26 @@ TEST(Experiment, RanksShareTheJobs) {
     EXPECT_EQ(comparable_rows(folder / "r.db"), comparable_rows(folder / "whole.db"));
     EXPECT_EQ(query_lines(folder / "r.db", "SELECT * FROM textures", 1).size(), 4U);
     EXPECT_EQ(run_with_ranks(config, folder / "r.db", {"", ""}).skipped, small_jobs);
+}
+
+TEST(Experiment, RanksAndShardsOfCompoundAndRoll) {
+    const TemporaryFolder folder;
+    ExperimentConfig config = read_experiment(varied_experiment(folder));
+    config.orders = {1};
+    constexpr std::uint64_t jobs = 6;
+    run_experiment(config, folder / "whole.db", threads(1));
+    EXPECT_EQ(run_with_ranks(config, folder / "r.db", {"", ""}).done, jobs);
+    EXPECT_EQ(comparable_rows(folder / "r.db"), comparable_rows(folder / "whole.db"));
+    std::vector<fs::path> parts;
+    for (const int i : {1, 2}) {  // by fit
+        ExperimentRunOptions options = threads(1);
+        options.shard = i;
+        options.shards = 2;
+        parts.push_back(folder / (std::to_string(i) + ".db"));
+        run_experiment(config, parts.back(), options);
+    }
+    EXPECT_EQ(merge_experiments(parts, folder / "m.db").done, jobs);
+    EXPECT_EQ(comparable_rows(folder / "m.db"), comparable_rows(folder / "whole.db"));
 }
 
 TEST(Experiment, RankThatCannotWorkIsDoneWithout) {

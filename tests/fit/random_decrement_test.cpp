@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "btfield/error.hpp"
@@ -25,9 +27,10 @@ using namespace detail;
 
 namespace {
 
-/// P4 2.3, 2.4 as it is written: every pixel is asked, float64.
+/// P4 2.3, 2.4 as it is written: every pixel is asked, float64; with `inside`, every pixel of a region whose
+/// pixel at s is too. 0 where there is none.
 double signature(const Image& image, const LagCovariance& statistic, int i, int j, Offset s,
-                 const MaOptions& options) {
+                 const MaOptions& options, const std::vector<std::uint8_t>& inside = {}) {
     const int height = image.height(), width = image.width();
     const auto y = [&](int plane, int r, int c) {
         return static_cast<double>(image.at(plane, (r + 8 * height) % height, (c + 8 * width) % width));
@@ -37,10 +40,14 @@ double signature(const Image& image, const LagCovariance& statistic, int i, int 
             static_cast<float>(statistic.mean()[static_cast<std::size_t>(plane)] +
                                options.threshold * std::sqrt(statistic(plane, plane, {}))));
     };
+    const auto counts = [&](int r, int c) {
+        const int place = (r + 8 * height) % height * width + (c + 8 * width) % width;
+        return inside.empty() || inside[static_cast<std::size_t>(place)] != 0;
+    };
     double sum = 0.0, count = 0.0;
     for (int r = 0; r < height; ++r) {
         for (int c = 0; c < width; ++c) {
-            if (!(y(j, r, c) > xi(j))) continue;
+            if (!(y(j, r, c) > xi(j)) || !counts(r, c) || !counts(r + s.row, c + s.column)) continue;
             const bool along = y(i, r, c - 1) < xi(i) || y(i, r, c + 1) < xi(i);
             const bool across = y(i, r - 1, c) < xi(i) || y(i, r + 1, c) < xi(i);
             if (options.rule == SignificanceRule::p4 ? along && across : along || across) {
@@ -49,7 +56,7 @@ double signature(const Image& image, const LagCovariance& statistic, int i, int 
             }
         }
     }
-    return sum / count - statistic.mean()[static_cast<std::size_t>(i)];
+    return count > 0.0 ? sum / count - statistic.mean()[static_cast<std::size_t>(i)] : 0.0;
 }
 
 /// White noise through a kernel that has its mass at (0, 0), (0, 1) and (1, 0).
@@ -103,6 +110,107 @@ TEST(RandomDecrement, IsThePapersAverage) {
             }
         }
     }
+}
+
+/// Two blobs and a stripe of one pixel, which has no neighbour below.
+std::vector<std::uint8_t> region_of(Size size) {
+    std::vector<std::uint8_t> inside;
+    for (int r = 0; r < size.height; ++r) {
+        for (int c = 0; c < size.width; ++c) {
+            const bool blob = r % 20 < 9 && (c + r / 2) % 25 < 11;
+            inside.push_back(static_cast<std::uint8_t>(blob || r == 15 ? 1 : 0));
+        }
+    }
+    return inside;
+}
+
+TEST(RandomDecrement, OfARegionIsTheAverageInsideIt) {
+    for (const Size size : {Size{33, 40}, Size{70, 29}}) {
+        for (const int planes : {1, 3}) {
+            const Image image = moving_average(size, planes);
+            const LagCovariance statistic = lag_covariance(image, {0, 0});
+            const std::vector<Offset> offsets{{-3, 2}, {0, -1}, {0, 0}, {1, 1}, {9, -11}};
+            const std::vector<std::uint8_t> inside = region_of(size);
+            for (const SignificanceRule rule : {SignificanceRule::p4, SignificanceRule::p1}) {
+                const MaOptions options{.threshold = 0.25, .rule = rule};
+                const std::vector<double> found =
+                    random_decrement(image, statistic, offsets, options, inside);
+                std::size_t k = 0;
+                for (const Offset s : offsets) {
+                    for (int i = 0; i < planes; ++i) {
+                        for (int j = 0; j < planes; ++j)
+                            // As above.
+                            EXPECT_NEAR(found[k++], signature(image, statistic, i, j, s, options, inside),
+                                        1e-11);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(RandomDecrement, OfARegionThatIsThePictureIsThePictures) {
+    const Image image = moving_average({33, 40}, 3);
+    const LagCovariance statistic = lag_covariance(image, {0, 0});
+    const std::vector<Offset> offsets = neighbourhood(3, NeighbourhoodKind::symmetric);
+    const std::vector<std::uint8_t> all(area(image.size()), 255);
+    EXPECT_EQ(random_decrement(image, statistic, offsets, {}, all),
+              random_decrement(image, statistic, offsets, {}));
+    const auto fit = [&](std::span<const std::uint8_t> inside) {
+        return fit_ma(image, statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full, {}, inside);
+    };
+    EXPECT_EQ(fit(all).coefficients, fit({}).coefficients);
+    EXPECT_EQ(fit(all).noise_covariance, fit({}).noise_covariance);
+}
+
+TEST(RandomDecrement, NeighboursThatNoRegionHasAreZero) {
+    // Every third row: none of its pixels has one of the region right below.
+    const Image image = moving_average({30, 40}, 1);
+    const LagCovariance statistic = lag_covariance(image, {0, 0});
+    std::vector<std::uint8_t> inside(area(image.size()), 0);
+    for (std::size_t i = 0; i < inside.size(); ++i) inside[i] = i / 40 % 3 == 0 ? 1 : 0;
+    const std::vector<double> found =
+        random_decrement(image, statistic, {{0, 0}, {1, 0}, {3, 0}}, {.threshold = 0.25}, inside);
+    EXPECT_GT(found[0], 0.0);
+    EXPECT_EQ(found[1], 0.0);
+    EXPECT_NE(found[2], 0.0);
+}
+
+TEST(RandomDecrement, FitOfARegionHasItsCovariance) {
+    // The region's own values are louder than the rest.
+    Image image = moving_average({96, 80}, 2);
+    const std::vector<std::uint8_t> inside = region_of(image.size());
+    LagCovariance statistic(2, image.size(), {0, 0});
+    double pixels = 0.0;
+    for (std::size_t i = 0; i < inside.size(); ++i) {
+        if (inside[i] == 0) continue;
+        for (int p = 0; p < 2; ++p) image.plane(p)[i] *= 3.0F;
+        pixels += 1.0;
+    }
+    for (int p = 0; p < 2; ++p) {
+        for (std::size_t i = 0; i < inside.size(); ++i)
+            if (inside[i] != 0)
+                statistic.mean()[static_cast<std::size_t>(p)] +=
+                    static_cast<double>(image.plane(p)[i]) / pixels;
+    }
+    for (int p = 0; p < 2; ++p) {
+        for (int q = 0; q < 2; ++q) {
+            double sum = 0.0;
+            for (std::size_t i = 0; i < inside.size(); ++i)
+                if (inside[i] != 0)
+                    sum += (static_cast<double>(image.plane(p)[i]) -
+                            statistic.mean()[static_cast<std::size_t>(p)]) *
+                           (static_cast<double>(image.plane(q)[i]) -
+                            statistic.mean()[static_cast<std::size_t>(q)]);
+            statistic.set(p, q, {}, sum / pixels);
+        }
+    }
+    const std::vector<Offset> offsets = neighbourhood(3, NeighbourhoodKind::symmetric);
+    const MaModel model =
+        fit_ma(image, statistic, {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full, {}, inside);
+    EXPECT_EQ(model.coefficients, random_decrement(image, statistic, model.offsets, {}, inside));
+    // As that of the picture: exact but for the solve's rounding.
+    EXPECT_LE(worst_lag_zero_error(model, statistic, false), 1e-8);
 }
 
 TEST(RandomDecrement, LagZeroCovarianceIsThePictures) {
@@ -186,6 +294,8 @@ TEST(RandomDecrement, SaysWhyItCannot) {
     EXPECT_THROW(static_cast<void>(fit_ma(image.crop(0, 0, {16, 16}), statistic,
                                           {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full)),
                  InputError);
+    const std::vector<std::uint8_t> nowhere(area(image.size()), 0);
+    EXPECT_THROW(static_cast<void>(random_decrement(image, statistic, offsets, {}, nowhere)), InputError);
     const Image flat({16, 16}, 1);
     EXPECT_THROW(static_cast<void>(fit_ma(flat, lag_covariance(flat, {0, 0}),
                                           {NeighbourhoodKind::symmetric, offsets}, NoiseForm::full)),

@@ -90,17 +90,10 @@ void check_header(const OIIO::ImageSpec& spec, PictureFormat format, std::uintma
         // OpenImageIO 2.4 decodes them to zeros without a word.
         throw InputError(asked, "it is a TIFF of 64-bit values", "convert it to 32-bit float");
     }
-    // No codec packs this well (zlib: 1032, zstd runs: 32768), so the pixels cannot be there; and a small
-    // damaged file must not claim all memory.
-    constexpr double best_packing = 65536.0;
-    const double claimed = static_cast<double>(spec.width) * static_cast<double>(spec.height) *
-                           static_cast<double>(spec.nchannels) * static_cast<double>(spec.format.size());
-    if (!(claimed <= best_packing * static_cast<double>(file_bytes))) {
-        throw InputError(asked,
-                         "its header says " + compact_size_text(spec.width, spec.height) + " pixels, which " +
-                             std::to_string(file_bytes) + " bytes cannot hold",
-                         use_a_complete_file);
-    }
+    check_packing({spec.height, spec.width},
+                  static_cast<double>(spec.width) * static_cast<double>(spec.nchannels) *
+                      static_cast<double>(spec.format.size()),
+                  file_bytes, asked);
 }
 
 /// Values of one channel in an interleaved row, as the library scales them.

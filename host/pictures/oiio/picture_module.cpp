@@ -1,7 +1,8 @@
 #include "host/pictures/picture_codec.hpp"
 
 extern "C" const btfield::detail::PictureCodec* btfield_picture_codec() {
-    static constexpr btfield::detail::PictureCodec codec{&btfield::detail::decode_picture,
-                                                         &btfield::detail::encode_picture};
+    using namespace btfield::detail;
+    static constexpr PictureCodec codec{&decode_picture, &encode_picture, &decode_palette_png,
+                                        &encode_palette_png};
     return &codec;
 }

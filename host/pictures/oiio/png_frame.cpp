@@ -10,6 +10,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/picture_format.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -43,8 +44,7 @@ void check_header(std::string_view content, const std::string& asked) {
     if (content.size() != 13) fail("its header has a wrong length");
     const std::uint32_t width = word(content, 0);
     const std::uint32_t height = word(content, 4);
-    constexpr std::uint32_t most = 1000000;  // the decoder's own limit
-    if (width < 1 || height < 1 || width > most || height > most) {
+    if (width < 1 || height < 1 || width > most_png_pixels || height > most_png_pixels) {
         fail("its header says " + compact_size_text(width, height) + " pixels");
     }
     const int depth = content[8];

@@ -5,12 +5,14 @@
 /// damaged or odd chunks; so every chunk is checked before the decoder sees it, and it sees only those that
 /// matter.
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
 namespace btfield::detail {
 
-constexpr const char* use_a_complete_file = "give a complete and undamaged file";
+/// Of both sides: the decoders' own limit.
+constexpr std::uint32_t most_png_pixels = 1000000;
 
 /// Bytes of a complete PNG with only the chunks that decide about pixel values, and its texts.
 /// \throws InputError when the file ends early, a chunk's checksum is wrong, or the header is impossible.

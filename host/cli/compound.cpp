@@ -1,0 +1,399 @@
+#include "btfield/compound.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "btfield/error.hpp"
+#include "btfield/image_io.hpp"
+#include "btfield/model_file.hpp"
+#include "host/cli/command.hpp"
+#include "host/cli/command_text.hpp"
+#include "host/cli/compound_report.hpp"
+#include "host/cli/modelled_picture.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/output_names.hpp"
+#include "host/cli/report.hpp"
+#include "host/compound/compound_names.hpp"
+#include "host/fit/fit_names.hpp"
+#include "host/model/model_names.hpp"
+
+namespace btfield::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CompoundFitArguments {
+    std::vector<std::string> pictures;
+    std::string output, labels, labels_output, device;
+    std::optional<Crop> crop;
+    CompoundOptions compound;
+    bool json = false;
+};
+
+struct CompoundJob {
+    fs::path picture, output;
+    CompoundModel model;
+    double read = 0.0, analysis = 0.0, fit = 0.0, total = 0.0;
+};
+
+std::uintmax_t written_bytes(const fs::path& path) {
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(path, error);
+    return error ? 0 : bytes;  // a pipe has no size
+}
+
+std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
+    const bool several = options.pictures.size() > 1;
+    if (several && !(options.labels.empty() && options.labels_output.empty()))
+        throw UsageError("--labels and --save-labels go with one picture");
+    const bool folder = is_output_folder("--output", options.output, several ? "several pictures" : "");
+    std::vector<CompoundJob> jobs;
+    std::set<fs::path> outputs;
+    for (const fs::path picture : options.pictures) {
+        CompoundJob job;
+        job.picture = picture;
+        job.output = folder ? options.output / picture.stem().concat(".json") : fs::path(options.output);
+        if (!outputs.insert(job.output).second)
+            throw UsageError("two pictures would have the model '" + job.output.string() + "'");
+        check_model_output(job.output, picture);
+        jobs.push_back(std::move(job));
+    }
+    return jobs;
+}
+
+/// A palette with as many entries as there may be regions: labels are read by value.
+std::vector<PaletteColour> any_labels() {
+    std::vector<PaletteColour> colours;
+    for (int k = 0; k < most_regions; ++k) {
+        const auto value = static_cast<std::uint8_t>(k);
+        colours.push_back({value, value, value});
+    }
+    return colours;
+}
+
+ControlField labels_of(const std::string& file) {
+    ControlField field = read_labels(file, any_labels());
+    field.regions = 1 + *std::max_element(field.labels.begin(), field.labels.end());
+    return field;
+}
+
+void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& job, Progress& bar,
+             double done, double share) {
+    const Stopwatch reading;
+    bar.show(done, "read " + job.picture.filename().string());
+    const Picture picture = read_picture(job.picture, options.crop);
+    job.read = reading.seconds();
+    warn_of_transparency(job.picture, picture);
+    CompoundOptions compound = options.compound;
+    if (!options.labels.empty()) compound.labels = labels_of(options.labels);
+    double left = share;
+    compound.progress = [&](std::string_view stage, double seconds) {
+        (stage == "regions" ? job.fit : job.analysis) += seconds;
+        left *= 0.5;
+        bar.show(done + share - left, job.picture.filename().string() + ": " + std::string(stage));
+    };
+    job.model = fit_compound(device, picture.image, compound);
+    const std::vector<std::string> reasons = std::move(job.model.provenance.reasons);
+    job.model.provenance = provenance_of(job.picture, picture);
+    job.model.provenance.reasons = reasons;
+    job.total = reading.seconds();
+}
+
+Json fit_json(const CompoundJob& job) {
+    Json object = compound_json(job.model, job.output, written_bytes(job.output));
+    object["reasons"] = job.model.provenance.reasons;
+    object["seconds"]["read"] = job.read;
+    object["seconds"]["analysis"] = job.analysis;
+    object["seconds"]["fit"] = job.fit;
+    object["seconds"]["total"] = job.total;
+    return object;
+}
+
+std::string fit_text(const CompoundJob& job) {
+    return compound_text(job.model, written_bytes(job.output)) + "wrote " + job.output.string() + " (read " +
+           seconds_text(job.read) + ", analysis " + seconds_text(job.analysis) + ", fit " +
+           seconds_text(job.fit) + ", total " + seconds_text(job.total) + ")\n";
+}
+
+void run_fit(const CompoundFitArguments& options) {
+    const Stopwatch watch;
+    std::vector<CompoundJob> jobs = plan_fits(options);
+    preload_picture_formats();  // while the device opens
+    Device device(options.device);
+    const double opening = watch.seconds();
+    {
+        Progress bar;
+        const double share = 1.0 / static_cast<double>(jobs.size());
+        for (std::size_t i = 0; i < jobs.size(); ++i)
+            fit_one(device, options, jobs[i], bar, share * static_cast<double>(i), share);
+    }
+    jobs.front().total += opening;
+    Json objects = Json::array();
+    std::string text;
+    for (CompoundJob& job : jobs) {
+        const Stopwatch writing;
+        write_compound(job.output, job.model);
+        if (!options.labels_output.empty()) {
+            const ControlField& field = job.model.control;
+            write_labels(options.labels_output, field, palette(job.model));
+        }
+        job.total += writing.seconds();
+        if (!is_valid(job.model))
+            warn("'" + job.output.string() + "' is not certified at " + uncertified_regions(job.model) +
+                 ", and synth will refuse it; use --local 3d-ma, another --order, or synth --allow-invalid");
+        objects.push_back(fit_json(job));
+        text += fit_text(job);
+    }
+    if (!options.json) {
+        emit_text(text);
+    } else if (jobs.size() == 1) {
+        emit_json(objects.front());
+    } else {
+        Json object;
+        object["fits"] = std::move(objects);
+        emit_json(object);
+    }
+}
+
+void add_regions(CLI::App& command, ClusterOptions& clusters) {
+    const auto read = [&clusters](const std::string& text) {
+        if (text == "auto") {
+            clusters.regions.reset();
+            return;
+        }
+        const auto number = parse_number(text, 1, most_regions);
+        if (!number)
+            throw CLI::ValidationError("--regions", "'" + text + "' is neither a whole number from 1 to " +
+                                                        std::to_string(most_regions) + " nor auto");
+        clusters.regions = static_cast<int>(*number);
+    };
+    command
+        .add_option_function<std::string>("--regions", read,
+                                          "regions of the control field; auto: as many as differ and have "
+                                          "pixels enough, 12 at most (default: auto)")
+        ->type_name("K|auto");
+}
+
+void add_control_options(CLI::App& command, CompoundFitArguments& options) {
+    const std::string group = "Control field";
+    add_choice(command, "--cluster-on", options.compound.clusters.space,
+               "values that are clustered (default: auto, lab for colour pictures)")
+        ->group(group);
+    add_uint64(command, "--seed", options.compound.clusters.seed,
+               "of the clusters' first centres (default: 0)")
+        ->group(group);
+    command
+        .add_option("--labels", options.labels,
+                    "the control field instead: a picture whose values are labels from 0 on")
+        ->type_name("LABELS")
+        ->group(group);
+    command
+        .add_option("--save-labels", options.labels_output,
+                    "write the model's control field, a PNG with a palette")
+        ->type_name("LABELS")
+        ->group(group);
+    add_size(command, "--tile", options.compound.tile,
+             "keep a tile of the control field, for a smaller file (default: all of it)")
+        ->group(group);
+}
+
+void add_local_options(CLI::App& command, FitOptions& local) {
+    const std::string group = "Regional models";
+    add_choice(command, "--local", local.model, "random field of the regions (default: 3d-ma)")->group(group);
+    add_int(command, "--order", local.order, 1, max_order, "order of its neighbourhood (default: 3)")
+        ->group(group);
+    add_int(command, "--levels", local.levels, 1, 30, "pyramid levels (default: 3, fewer of small pictures)")
+        ->group(group);
+    add_int(command, "--factor", local.factor, 2, 1024, "pyramid reduction factor (default: 2)")
+        ->group(group);
+    add_choice(command, "--estimator", local.estimator,
+               "least squares, exact maximum likelihood, or the first where it is valid (default: auto)")
+        ->group(group);
+    add_choice(command, "--noise", local.noise, "form of the noise covariance (default: full)")->group(group);
+    add_choice(command, "--marginals", local.marginals,
+               "keep the regions' histograms, or model values as they are (default: match)")
+        ->group(group);
+    add_positive(command, "--threshold", local.moving_average.threshold,
+                 "ma: pixels this many standard deviations above the mean are significant (default: 0.5)")
+        ->group(group);
+    add_choice(command, "--significance", local.moving_average.rule,
+               "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)")
+        ->group(group);
+}
+
+void add_compound_fit(CLI::App& parent, Action& action) {
+    CLI::App* command = parent.add_subcommand("fit", "fit a compound model to a picture");
+    const auto options = std::make_shared<CompoundFitArguments>();
+    command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR or PNM")
+        ->required()
+        ->type_name("");
+    command
+        ->add_option(
+            "-o,--output", options->output,
+            "model file: JSON, or CBOR when the name ends in .btfm; a folder takes NAME.json of every "
+            "picture")
+        ->required()
+        ->type_name("MODEL");
+    add_regions(*command, options->compound.clusters);
+    add_choice(*command, "--borders", options->compound.borders,
+               "what regional models describe: deviations from the conditional mean, or from regional means, "
+               "with pixels swapped along borders or not (default: conditional)");
+    add_control_options(*command, *options);
+    add_local_options(*command, options->compound.local);
+    add_crop(*command, "--crop", options->crop, "fit this rectangle of the picture only");
+    add_device(*command, options->device);
+    add_json(*command, options->json);
+    set_guide(*command,
+              {.usual = {{"btfield compound fit bark.png -o bark.btfm"},
+                         {"btfield synth bark.btfm -o bark-4x.png --size 1024x1024"}},
+               .more = {{"btfield compound fit bark.png -o b5.btfm --regions 5 --save-labels b5.png"},
+                        {"btfield compound fit bark.png -o own.json --labels b5.png"},
+                        {"btfield compound fit bark.png -o p1.json --regions 5 --borders swap",
+                         "P1, with --cluster-on rgb --marginals none --significance p1"}}});
+    command->callback([options, &action] { action = [options] { run_fit(*options); }; });
+}
+
+struct CompoundEditArguments {
+    std::string model, output, from;
+    std::optional<int> region;
+    std::vector<double> colour;
+    std::optional<double> contrast;
+    bool json = false;
+};
+
+/// "0.2,0.5,0.1", or "#336619".
+std::vector<double> parse_colour(const std::string& text) {
+    const auto refuse = [&] {
+        throw CLI::ValidationError("--colour",
+                                   "'" + text +
+                                       "' is neither numbers with commas between them, as 0.2,0.5,0.1, "
+                                       "nor six digits, as #336619");
+    };
+    std::vector<double> colour;
+    if (text.front() == '#') {
+        if (text.size() != 7) refuse();
+        for (std::size_t at = 1; at < 7; at += 2) {
+            int value = 0;
+            const auto [stop, error] = std::from_chars(text.data() + at, text.data() + at + 2, value, 16);
+            if (error != std::errc{} || stop != text.data() + at + 2) refuse();
+            colour.push_back(value / 255.0);
+        }
+        return colour;
+    }
+    const char *at = text.data(), *const end = text.data() + text.size();
+    for (;;) {
+        double value = 0.0;
+        const auto [stop, error] = std::from_chars(at, end, value);
+        if (error != std::errc{} || !std::isfinite(value) || (stop != end && *stop != ',')) refuse();
+        colour.push_back(value);
+        if (stop == end) return colour;
+        at = stop + 1;
+    }
+}
+
+/// OTHER:J, or OTHER alone for a model without regions.
+void take_from(CompoundModel& model, int region, const std::string& from) {
+    const std::size_t colon = from.rfind(':');
+    std::error_code error;
+    const bool plain = fs::exists(from, error) || colon == std::string::npos;
+    const std::string file = plain ? from : from.substr(0, colon);
+    const bool compound = is_compound_file(file);
+    if (plain && compound)
+        throw InputError("take a region from '" + from + "'", "it does not say which of the model's regions",
+                         "append it: '" + from + ":0' is the first");
+    if (!compound) {
+        if (!plain)
+            throw InputError("take region " + from.substr(colon + 1) + " from '" + file + "'",
+                             "that model has no regions", "give the file alone: all of it is taken");
+        transplant(model, region, read_model(file));
+        return;
+    }
+    const auto number = parse_number(from.substr(colon + 1), 0, most_regions - 1);
+    if (!number) throw UsageError("--from: '" + from.substr(colon + 1) + "' is no number of a region");
+    transplant(model, region, read_compound(file), static_cast<int>(*number));
+}
+
+void check_units(const CompoundModel& model, const std::vector<double>& colour) {
+    const PixelType type = model.provenance.type;
+    if (type == PixelType::half || type == PixelType::float32) return;
+    if (std::ranges::all_of(colour, [](double v) { return v >= 0.0 && v <= 1.0; })) return;
+    throw InputError("give a region this colour", "values of this picture are from 0 to 1",
+                     "divide values of 8 bits by 255, or give them as #rrggbb");
+}
+
+void run_edit(const CompoundEditArguments& options) {
+    if (!options.region && !(options.from.empty() && options.colour.empty()))
+        throw UsageError("--from and --colour need --region");
+    if (options.from.empty() && options.colour.empty() && !options.contrast)
+        throw UsageError("nothing to edit: give --from, --colour or --contrast");
+    check_model_writable(options.output);
+    CompoundModel model = read_compound(options.model);
+    if (!options.from.empty()) take_from(model, *options.region, options.from);
+    if (!options.colour.empty()) {
+        check_units(model, options.colour);
+        recolour(model, *options.region, options.colour);
+    }
+    if (options.contrast) {
+        const int regions = static_cast<int>(model.regions.size());
+        for (int k = options.region.value_or(0); k < (options.region ? *options.region + 1 : regions); ++k)
+            scale_contrast(model, k, *options.contrast);
+    }
+    write_compound(options.output, model);
+    const std::uintmax_t bytes = written_bytes(options.output);
+    if (options.json)
+        emit_json(compound_json(model, options.output, bytes));
+    else
+        emit_text(compound_text(model, bytes) + "wrote " + options.output + "\n");
+}
+
+void add_compound_edit(CLI::App& parent, Action& action) {
+    CLI::App* command = parent.add_subcommand("edit", "change regions of a compound model");
+    const auto options = std::make_shared<CompoundEditArguments>();
+    command->add_option("MODEL", options->model, "compound model")->required()->type_name("");
+    command->add_option("-o,--output", options->output, "edited model")->required()->type_name("MODEL");
+    add_int(*command, "--region", options->region, 0, most_regions - 1,
+            "region to change, as info numbers them (default with --contrast: all)");
+    command
+        ->add_option("--from", options->from,
+                     "take colour, contrast and model of region J of another compound model, or a model "
+                     "without regions whole")
+        ->type_name("OTHER:J");
+    command
+        ->add_option_function<std::string>(
+            "--colour", [options](const std::string& text) { options->colour = parse_colour(text); },
+            "mean colour, in values of the picture or as #rrggbb")
+        ->type_name("R,G,B");
+    add_positive(*command, "--contrast", options->contrast, "multiply deviations from the mean colour");
+    add_json(*command, options->json);
+    set_guide(*command,
+              {.usual = {{"btfield compound edit bark.btfm -o red.btfm --region 0 --colour .6,.2,.1"},
+                         {"btfield compound edit bark.btfm -o flat.btfm --contrast 0.5"}},
+               .more = {{"btfield compound edit bark.btfm -o mossy.btfm --region 0 --from moss.btfm:2"},
+                        {"btfield compound edit bark.btfm -o moss.btfm --region 0 --from moss.json",
+                         "all of a model without regions"}}});
+    command->callback([options, &action] { action = [options] { run_edit(*options); }; });
+}
+
+}  // namespace
+
+void add_compound(CLI::App& app, Action& action) {
+    CLI::App* command =
+        app.add_subcommand("compound", "models with regions: a control field and a model to each region");
+    command->require_subcommand(1);
+    add_compound_fit(*command, action);
+    add_compound_edit(*command, action);
+    for (CLI::App* part : command->get_subcommands({})) part->fallthrough();
+    set_guide(*command,
+              {.usual = {{"btfield compound fit bark.png -o bark.btfm"},
+                         {"btfield synth bark.btfm -o bark-4x.png --size 1024x1024"},
+                         {"btfield compound edit bark.btfm -o red.btfm --region 0 --colour .6,.2,.1"}},
+               .notes = {"'btfield compound COMMAND --help' shows the options of a command."}});
+}
+
+}  // namespace btfield::cli

@@ -1,0 +1,128 @@
+#include "host/cli/compound_report.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "host/base/text.hpp"
+#include "host/cli/model_report.hpp"
+
+namespace btfield::cli {
+namespace {
+
+/// Of all levels of a region: valid when each is, and the least singular value.
+Json region_certificate(const TextureModel& residual) {
+    Certificate all;
+    all.valid = is_valid(residual);
+    all.min_singular = std::numeric_limits<double>::infinity();
+    for (const LevelModel& level : residual.levels) {
+        all.min_singular = std::min(all.min_singular, level.certificate.min_singular);
+        all.zeros += level.certificate.zeros;
+    }
+    // Of the finest level, which has nearly all of the pixels.
+    all.variance_ratio = residual.levels.front().certificate.variance_ratio;
+    return certificate_json(all);
+}
+
+Json region_json(const CompoundRegion& region) {
+    Json levels = Json::array();
+    for (const LevelModel& level : region.residual.levels) {
+        Json object;
+        object["size"] = size_json(level.size);
+        object["offsets"] = linear_field(level.models.front()).offsets.size();
+        object["estimator"] = name(level.estimator);
+        object["gain"] = number(level.gain);
+        object["certificate"] = certificate_json(level.certificate);
+        levels.push_back(std::move(object));
+    }
+    Json object;
+    object["share"] = number(region.share);
+    object["pixels"] = region.pixels;
+    object["model"] = name(region.residual.kind);
+    object["colour"] = region.colour;
+    object["contrast"] = number(region.contrast);
+    object["certificate"] = region_certificate(region.residual);
+    object["levels"] = std::move(levels);
+    return object;
+}
+
+std::string colour_text(const std::vector<double>& colour) {
+    constexpr std::size_t most = 4;
+    std::string text;
+    for (std::size_t p = 0; p < colour.size() && p < most; ++p)
+        text += (p > 0 ? " " : "") + number_text(colour[p]);
+    return colour.size() > most ? text + " ..." : text;
+}
+
+std::string valid_text(const TextureModel& residual) {
+    std::string text;
+    for (std::size_t l = 0; l < residual.levels.size(); ++l)
+        if (!residual.levels[l].certificate.valid)
+            text += (text.empty() ? "FAILS at level " : ", ") + std::to_string(l);
+    return text.empty() ? "valid" : text;
+}
+
+}  // namespace
+
+Json compound_json(const CompoundModel& model, const std::filesystem::path& path, std::uintmax_t bytes) {
+    Json regions = Json::array();
+    for (const CompoundRegion& region : model.regions) regions.push_back(region_json(region));
+    Json object;
+    object["model"] = "compound";
+    object["output"] = path.string();
+    object["source"] = model.provenance.source;
+    object["planes"] = model.planes;
+    object["size"] = size_json(model.size);
+    object["colour_space"] = name(model.space);
+    object["borders"] = name(model.borders);
+    object["explained"] = number(model.explained);
+    object["control"]["size"] = size_json(model.control.size);
+    object["control"]["tile"] = model.periodic;
+    object["regions"] = std::move(regions);
+    object["parameters"] = parameter_count(model);
+    object["bytes"] = bytes;
+    object["compression_ratio"] = number(compression_ratio(model.provenance, bytes));
+    return object;
+}
+
+std::string compound_text(const CompoundModel& model, std::uintmax_t bytes) {
+    std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
+                       std::to_string(model.planes) + (model.planes == 1 ? " plane" : " planes") + " of " +
+                       std::string(name(model.provenance.type));
+    if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
+    text += "\ncompound, " + std::to_string(model.regions.size()) +
+            (model.regions.size() == 1 ? " region" : " regions") + ", " + std::string(name(model.borders)) +
+            " borders; labels explain " + number_text(100.0 * model.explained) + " % of the variance\n";
+    for (const std::string& reason : model.provenance.reasons) text += reason + "\n";
+    std::vector<std::vector<std::string>> rows{
+        {"region", "share %", "pixels", "model", "levels", "contrast", "certificate", "colour"}};
+    for (std::size_t k = 0; k < model.regions.size(); ++k) {
+        const CompoundRegion& region = model.regions[k];
+        rows.push_back({std::to_string(k), number_text(100.0 * region.share), std::to_string(region.pixels),
+                        std::string(name(region.residual.kind)),
+                        std::to_string(region.residual.levels.size()), number_text(region.contrast),
+                        valid_text(region.residual), colour_text(region.colour)});
+    }
+    text += table(rows, "rrrlrrll");
+    text += "control field of " + detail::text_of(model.control.size) +
+            (model.periodic ? ", a tile" : ", the picture's") + "\n" +
+            std::to_string(parameter_count(model)) + " parameters and the control field in " +
+            std::to_string(bytes) + " bytes";
+    if (model.provenance.picture_bytes > 0)
+        text += ", compression ratio " + number_text(compression_ratio(model.provenance, bytes)) +
+                " against " + std::to_string(model.provenance.picture_bytes) + " bytes of pixels";
+    return text + "\n";
+}
+
+std::string uncertified_regions(const CompoundModel& model) {
+    std::string text;
+    for (std::size_t k = 0; k < model.regions.size(); ++k) {
+        const std::string levels = uncertified_levels(model.regions[k].residual);
+        if (!levels.empty())
+            text += (text.empty() ? "region " : ", region ") + std::to_string(k) + " " + levels;
+    }
+    return text;
+}
+
+}  // namespace btfield::cli

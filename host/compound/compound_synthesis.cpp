@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "btfield/compound.hpp"
+#include "btfield/error.hpp"
+#include "host/base/text.hpp"
+#include "host/cl/device_impl.hpp"
+#include "host/compound/conditional_mean.hpp"
+#include "host/compound/control_growth.hpp"
+#include "host/compound/label_lattice.hpp"
+#include "host/compound/region_restorer.hpp"
+#include "host/compound/regional_fields.hpp"
+
+namespace btfield {
+
+using namespace detail;
+
+namespace {
+
+using std::size_t;
+
+std::vector<const TextureModel*> residuals_of(const CompoundModel& model) {
+    std::vector<const TextureModel*> residuals;
+    for (const CompoundRegion& region : model.regions) residuals.push_back(&region.residual);
+    return residuals;
+}
+
+MeanWeights weights_of(const CompoundModel& model) {
+    MeanWeights weights{model.mean, {}};
+    for (const CompoundRegion& region : model.regions) weights.regions.push_back(region.weights);
+    return weights;
+}
+
+}  // namespace
+
+void check_synthesis(const CompoundModel& model, Size size, bool allow_invalid) {
+    check(model);
+    const std::string asked = "synthesise " + compact_text_of(size) + " from this compound model";
+    if (std::min(size.height, size.width) < 16)
+        throw InputError(asked, "a side is below 16 pixels, which the roller needs", "ask for a larger one");
+    if (std::max(size.height, size.width) > 16384)
+        throw InputError(asked, "a side is above 16384 pixels", "ask for a smaller one");
+    if (allow_invalid) return;
+    for (size_t k = 0; k < model.regions.size(); ++k)
+        if (!is_valid(model.regions[k].residual))
+            throw InputError(
+                asked,
+                "a certificate of region " + std::to_string(k) +
+                    " fails: it would not have the statistics that were fitted",
+                "fit with --local 3d-ma or a causal neighbourhood, or insist with --allow-invalid");
+}
+
+class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
+  public:
+    Impl(Device & device, const CompoundModel& model, Size size, bool allow_invalid)
+        : device_(&device.impl()),
+          planes_(model.planes),
+          regions_(static_cast<int>(model.regions.size())),
+          space_(model.space),
+          size_(checked(model, size, allow_invalid)),
+          fields_(*device_, residuals_of(model), size),
+          mean_(*device_, weights_of(model)),
+          restorer_(*device_, model),
+          growth_(device, model) {
+        check_memory();
+        const ControlField nothing{lattice(), regions_, std::vector<std::uint8_t>(area(lattice()), 0)};
+        {
+            const DeviceImpl::Rehearsal rehearsal(*device_);
+            static_cast<void>(grow(0, nothing));
+        }
+        device_->finish();
+    }
+
+    [[nodiscard]] ControlField control_field(std::uint64_t seed) {
+        return growth_.grow(lattice(), seed);
+    }
+
+    [[nodiscard]] Image synthesise(std::uint64_t seed, const ControlField& field) {
+        check(field);
+        if (field.size != size_ && field.size != lattice())
+            throw InputError("synthesise " + compact_text_of(size_) + " on this control field",
+                             "it is " + text_of(field.size), "give one of the texture's size");
+        if (field.regions > regions_)
+            throw InputError(
+                "synthesise on this control field",
+                "it has " + std::to_string(field.regions) + " regions, the model " + std::to_string(regions_),
+                "use labels below " + std::to_string(regions_));
+        const DevicePlanes planes =
+            grow(seed, field.size == lattice() ? field : on_lattice(field, lattice()));
+        return download(planes);
+    }
+
+    [[nodiscard]] Size size() const {
+        return size_;
+    }
+    [[nodiscard]] Size lattice() const {
+        return fields_.layout().lattice;
+    }
+    [[nodiscard]] bool tileable() const {
+        return fields_.layout().tiles();
+    }
+
+  private:
+    static Size checked(const CompoundModel& model, Size size, bool allow_invalid) {
+        check_synthesis(model, size, allow_invalid);
+        return size;
+    }
+
+    void check_memory() const {
+        // Levels and their noise, or a spectrum and its room; the mean and what smooths it.
+        const double bytes = fields_.layout().bytes(static_cast<double>(fields_.planes())) +
+                             sizeof(float) * 2.0 * planes_ * static_cast<double>(area(lattice()));
+        if (bytes <= device_->memory_limit()) return;
+        throw DeviceError(
+            "synthesise " + compact_text_of(size_) + " on device '" + device_->info().name + "'",
+            "it takes " + std::to_string(static_cast<long long>(bytes / 1e6)) + " MB where " +
+                std::to_string(static_cast<long long>(device_->memory_limit() / 1e6)) + " may be used",
+            "give a smaller size, or a device with more memory");
+    }
+
+    [[nodiscard]] DevicePlanes grow(std::uint64_t seed, const ControlField& field) {
+        const Buffer labels = device_->upload(field.labels);
+        const std::vector<std::array<std::uint32_t, 2>> words{
+            {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
+        const DevicePlanes fields = fields_.grow(labels, device_->upload(words));
+        return restorer_.restore(fields, mean_.of(labels, field.size), labels, seed);
+    }
+
+    [[nodiscard]] Image download(const DevicePlanes& planes) const {
+        Image lattice_image(planes.size, planes_, space_);
+        device_->read(planes.values, lattice_image.values().data(), lattice_image.values().size_bytes());
+        if (planes.size == size_) return lattice_image;
+        Image image(size_, planes_, space_);
+        const auto width = static_cast<size_t>(size_.width), pitch = static_cast<size_t>(planes.size.width);
+        for (int p = 0; p < planes_; ++p)
+            for (size_t r = 0; r < static_cast<size_t>(size_.height); ++r)
+                std::ranges::copy(lattice_image.plane(p).subspan(r * pitch, width),
+                                  image.plane(p).subspan(r * width, width).begin());
+        return image;
+    }
+
+    DeviceImpl* device_;
+    int planes_, regions_;
+    ColourSpace space_;
+    Size size_;
+    RegionalFields fields_;
+    ConditionalMean mean_;
+    RegionRestorer restorer_;
+    ControlGrowth growth_;
+};
+
+CompoundSynthesiser::CompoundSynthesiser(Device& device, const CompoundModel& model, Size size,
+                                         bool allow_invalid)
+    : impl_(std::make_unique<Impl>(device, model, size, allow_invalid)) {}
+CompoundSynthesiser::~CompoundSynthesiser() = default;
+CompoundSynthesiser::CompoundSynthesiser(CompoundSynthesiser&&) noexcept = default;
+CompoundSynthesiser& CompoundSynthesiser::operator=(CompoundSynthesiser&&) noexcept = default;
+
+ControlField CompoundSynthesiser::control_field(std::uint64_t seed) {
+    return impl_->control_field(seed);
+}
+Image CompoundSynthesiser::synthesise(std::uint64_t seed) {
+    return impl_->synthesise(seed, impl_->control_field(seed));
+}
+Image CompoundSynthesiser::synthesise(std::uint64_t seed, const ControlField& field) {
+    return impl_->synthesise(seed, field);
+}
+Size CompoundSynthesiser::size() const {
+    return impl_->size();
+}
+Size CompoundSynthesiser::lattice() const {
+    return impl_->lattice();
+}
+bool CompoundSynthesiser::tileable() const {
+    return impl_->tileable();
+}
+
+}  // namespace btfield

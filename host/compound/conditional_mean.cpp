@@ -1,0 +1,279 @@
+#include "host/compound/conditional_mean.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "host/base/dense.hpp"
+#include "host/base/parallel.hpp"
+#include "host/base/wide.hpp"
+#include "host/roller/features.hpp"
+
+namespace btfield::detail {
+namespace {
+
+using std::size_t;
+
+/// Pixels that the regression looks at: far more than it has unknowns.
+constexpr size_t most_observations = 65536;
+/// Relative to the number of observations. Labels and their smoothed forms nearly repeat each other; of 1e-4,
+/// 1e-5, 1e-6 and 1e-7 it makes no difference to what is explained, and weights stay small.
+constexpr double ridge = 1e-6;
+
+/// Pixels at random places, away from where the picture's opposite edges meet and labels say nothing.
+std::vector<size_t> observed_pixels(Size size) {
+    const auto margin = [](int side) { return std::min(2 << context_scales, side / 8); };
+    const int top = margin(size.height), left = margin(size.width);
+    const size_t inside =
+        static_cast<size_t>(size.height - 2 * top) * static_cast<size_t>(size.width - 2 * left);
+    std::vector<size_t> pixels;
+    for (int r = top; r < size.height - top; ++r) {
+        for (int c = left; c < size.width - left; ++c) {
+            const size_t at =
+                static_cast<size_t>(r) * static_cast<size_t>(size.width) + static_cast<size_t>(c);
+            if (inside <= most_observations || draw(0, at) % inside < most_observations) pixels.push_back(at);
+        }
+    }
+    return pixels;
+}
+
+/// out(x) = t0 in(x) + t1 (in(x − b) + in(x + b)) + t2 (in(x − a) + in(x + a)), lines given.
+BTFIELD_WIDE void combine_context_lines(const std::array<const float*, 5>& lines,
+                                        const std::array<float, 3>& taps, float* out, size_t count) {
+    for (size_t x = 0; x < count; ++x)
+        out[x] = taps[0] * lines[2][x] + taps[1] * (lines[1][x] + lines[3][x]) +
+                 taps[2] * (lines[0][x] + lines[4][x]);
+}
+
+size_t around(int i, int n) {
+    const int rest = i % n;
+    return static_cast<size_t>(rest < 0 ? rest + n : rest);
+}
+
+/// One plane, smoothed from scale to scale on the torus.
+class SmoothedPlane {
+  public:
+    SmoothedPlane(Size size, std::vector<float> values)
+        : size_(size), values_(std::move(values)), other_(values_.size()) {}
+
+    void smooth(int scale) {
+        const int step = 1 << scale;
+        const std::array<double, 3> exact = smoothing_taps(scale);
+        const std::array<float, 3> taps{static_cast<float>(exact[0]), static_cast<float>(exact[1]),
+                                        static_cast<float>(exact[2])};
+        const auto width = static_cast<size_t>(size_.width);
+        std::array<const float*, 5> lines;
+        for (int r = 0; r < size_.height; ++r) {
+            for (int t = -2; t <= 2; ++t)
+                lines[static_cast<size_t>(t + 2)] =
+                    values_.data() + around(r + t * step, size_.height) * width;
+            combine_context_lines(lines, taps, other_.data() + static_cast<size_t>(r) * width, width);
+        }
+        const auto reach = static_cast<size_t>(2 * step);
+        std::vector<float> line(width + 2 * reach);
+        for (int r = 0; r < size_.height; ++r) {
+            const float* from = other_.data() + static_cast<size_t>(r) * width;
+            for (size_t x = 0; x < line.size(); ++x)
+                line[x] = from[(x + width * (1 + reach / width) - reach) % width];
+            for (size_t t = 0; t < 5; ++t) lines[t] = line.data() + t * static_cast<size_t>(step);
+            combine_context_lines(lines, taps, values_.data() + static_cast<size_t>(r) * width, width);
+        }
+    }
+    [[nodiscard]] float at(size_t pixel) const { return values_[pixel]; }
+    /// Half the difference of the pixels `rows` and `columns` on and back.
+    [[nodiscard]] float slope(size_t pixel, int rows, int columns) const {
+        const int r = static_cast<int>(pixel / static_cast<size_t>(size_.width));
+        const int c = static_cast<int>(pixel % static_cast<size_t>(size_.width));
+        const auto value = [&](int sign) {
+            return values_[around(r + sign * rows, size_.height) * static_cast<size_t>(size_.width) +
+                           around(c + sign * columns, size_.width)];
+        };
+        return 0.5F * (value(1) - value(-1));
+    }
+
+  private:
+    Size size_;
+    std::vector<float> values_, other_;
+};
+
+/// What the regression knows of each observed pixel, [unknown][observation]: filters of every region, 1, and
+/// the picture's planes.
+class Observations {
+  public:
+    Observations(const Image& image, const ControlField& field)
+        : pixels_(observed_pixels(image.size())),
+          unknowns_(static_cast<size_t>(field.regions * context_filters) + 1),
+          rows_(unknowns_ + static_cast<size_t>(image.planes())),
+          values_(rows_ * pixels_.size()) {
+        for_each_block(field.regions, [&](int k) { observe_region(field, k); });
+        std::fill_n(row(unknowns_ - 1), pixels_.size(), 1.0F);
+        for (int p = 0; p < image.planes(); ++p) {
+            const std::span<const float> plane = image.plane(p);
+            float* to = row(unknowns_ + static_cast<size_t>(p));
+            for (size_t n = 0; n < pixels_.size(); ++n) to[n] = plane[pixels_[n]];
+        }
+    }
+
+    /// Sums of all products of two rows.
+    [[nodiscard]] RowMajorMatrix products() const {
+        constexpr size_t chunk = 512, chunks_per_block = 16;
+        const auto rows = static_cast<Eigen::Index>(rows_);
+        const size_t chunks = (pixels_.size() + chunk - 1) / chunk;
+        const size_t blocks = (chunks + chunks_per_block - 1) / chunks_per_block;
+        std::vector<RowMajorMatrix> parts(blocks);
+        for_each_block(static_cast<int>(blocks), [&](int block) {
+            RowMajorMatrix& sum = parts[static_cast<size_t>(block)];
+            sum = RowMajorMatrix::Zero(rows, rows);
+            const size_t first = static_cast<size_t>(block) * chunks_per_block;
+            for (size_t c = first; c < std::min(chunks, first + chunks_per_block); ++c) {
+                const size_t begin = c * chunk, count = std::min(chunk, pixels_.size() - begin);
+                RowMajorMatrix z(rows, static_cast<Eigen::Index>(count));
+                for (size_t i = 0; i < rows_; ++i)
+                    for (size_t n = 0; n < count; ++n)
+                        z(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(n)) =
+                            static_cast<double>(values_[i * pixels_.size() + begin + n]);
+                const RowMajorMatrix transposed = z.transpose();
+                add_product(z, transposed, sum);
+            }
+        });
+        RowMajorMatrix sum = RowMajorMatrix::Zero(rows, rows);
+        for (const RowMajorMatrix& part : parts) sum += part;
+        return sum;
+    }
+    [[nodiscard]] size_t unknowns() const { return unknowns_; }
+    [[nodiscard]] size_t count() const { return pixels_.size(); }
+
+  private:
+    float* row(size_t unknown) { return values_.data() + unknown * pixels_.size(); }
+
+    void observe_region(const ControlField& field, int k) {
+        std::vector<float> indicator(field.labels.size());
+        for (size_t n = 0; n < indicator.size(); ++n) indicator[n] = field.labels[n] == k ? 1.0F : 0.0F;
+        SmoothedPlane plane(field.size, std::move(indicator));
+        const size_t first = static_cast<size_t>(k) * static_cast<size_t>(context_filters);
+        float* to = row(first);
+        for (size_t n = 0; n < pixels_.size(); ++n) to[n] = plane.at(pixels_[n]);
+        for (int scale = 0; scale < context_scales; ++scale) {
+            plane.smooth(scale);
+            const int step = 1 << scale;
+            const size_t filter = first + 1 + 3 * static_cast<size_t>(scale);
+            float *value = row(filter), *down = row(filter + 1), *across = row(filter + 2);
+            for (size_t n = 0; n < pixels_.size(); ++n) {
+                value[n] = plane.at(pixels_[n]);
+                down[n] = plane.slope(pixels_[n], step, 0);
+                across[n] = plane.slope(pixels_[n], 0, step);
+            }
+        }
+    }
+
+    std::vector<size_t> pixels_;
+    size_t unknowns_, rows_;
+    std::vector<float> values_;
+};
+
+/// Models are kept in float32: what is fitted is what a file gives back.
+double kept(double value) {
+    return static_cast<double>(static_cast<float>(value));
+}
+
+}  // namespace
+
+std::array<double, 3> smoothing_taps(int scale) {
+    // Two passes of [p, 1 − 2p, p]: variance 4p steps², 1 at the first scale and 3/4 at the others.
+    const double p = scale == 0 ? 0.25 : 0.1875;
+    return {(1 - 2 * p) * (1 - 2 * p) + 2 * p * p, 2 * p * (1 - 2 * p), p * p};
+}
+
+MeanWeights fit_conditional_mean(const Image& image, const ControlField& field) {
+    const Observations observations(image, field);
+    const RowMajorMatrix products = observations.products();
+    const auto n = static_cast<Eigen::Index>(observations.unknowns());
+    Eigen::MatrixXd system = products.topLeftCorner(n, n);
+    for (Eigen::Index i = 0; i + 1 < n; ++i)
+        system(i, i) += ridge * static_cast<double>(observations.count());
+    const Cholesky factor(system);
+    const auto d = static_cast<size_t>(image.planes());
+    const size_t per_region = static_cast<size_t>(context_filters);
+    MeanWeights result;
+    result.regions.assign(static_cast<size_t>(field.regions), std::vector<double>(per_region * d));
+    for (size_t p = 0; p < d; ++p) {
+        const Eigen::VectorXd right = products.col(n + static_cast<Eigen::Index>(p)).head(n);
+        const Eigen::VectorXd solution = factor.solve(right);
+        result.mean.push_back(kept(solution[n - 1]));
+        for (size_t k = 0; k < result.regions.size(); ++k)
+            for (size_t f = 0; f < per_region; ++f)
+                result.regions[k][f * d + p] = kept(solution[static_cast<Eigen::Index>(k * per_region + f)]);
+    }
+    return result;
+}
+
+MeanWeights regional_means(const Image& image, const ControlField& field) {
+    const auto d = static_cast<size_t>(image.planes());
+    MeanWeights result;
+    result.mean.assign(d, 0.0);
+    std::vector<std::vector<double>> sums(static_cast<size_t>(field.regions), std::vector<double>(d, 0.0));
+    std::vector<double> counts(sums.size(), 0.0);
+    for (const std::uint8_t label : field.labels) counts[label] += 1.0;
+    for (size_t p = 0; p < d; ++p) {
+        const std::span<const float> plane = image.plane(static_cast<int>(p));
+        for (size_t n = 0; n < plane.size(); ++n) sums[field.labels[n]][p] += static_cast<double>(plane[n]);
+    }
+    for (size_t k = 0; k < sums.size(); ++k)
+        for (double& sum : sums[k]) sum = kept(counts[k] > 0.0 ? sum / counts[k] : 0.0);
+    result.regions = std::move(sums);
+    return result;
+}
+
+ConditionalMean::ConditionalMean(DeviceImpl& device, const MeanWeights& weights)
+    : device_(&device),
+      planes_(static_cast<int>(weights.mean.size())),
+      filters_(static_cast<int>(weights.regions.front().size() / weights.mean.size())) {
+    std::vector<float> numbers;
+    for (const std::vector<double>& region : weights.regions)
+        for (std::size_t w = 0; w < region.size(); ++w) {
+            numbers.push_back(static_cast<float>(region[w]));
+            if ((w + 1) % weights.mean.size() == 0) numbers.resize((numbers.size() + 3) / 4 * 4, 0.0F);
+        }
+    weights_ = device.upload(numbers);
+    std::vector<float> mean;
+    for (const double m : weights.mean) mean.push_back(static_cast<float>(m));
+    mean_ = device.upload(mean);
+}
+
+DevicePlanes ConditionalMean::of(const Buffer& labels, Size size) const {
+    const auto lanes = static_cast<size_t>(device_->vector_width());
+    const size_t vectors = (static_cast<size_t>(size.width) + lanes - 1) / lanes;
+    const auto height = static_cast<size_t>(size.height), planes = static_cast<size_t>(planes_);
+    const size_t bytes = sizeof(float) * planes * area(size);
+    Buffer values = device_->buffer(bytes);
+    Buffer other;
+    BuildParameters parameters = device_->lanes();
+    parameters.set("BTFIELD_PLANES", planes_);
+    const auto kernel = [&](const char* name) {
+        return device_->kernel("conditional_mean", name, parameters);
+    };
+    int accumulate = 0;
+    const auto add = [&](int step, int filter) {
+        device_->launch(kernel("add_context"), {vectors, height, 1}, Grain::fine, values, labels, weights_,
+                        filters_, filter, mean_, step, accumulate, size.height, size.width);
+        accumulate = 1;
+    };
+    if (filters_ > 1) {
+        other = device_->buffer(bytes);
+        for (int scale = context_scales - 1; scale >= 0; --scale) {
+            const int step = 1 << scale;
+            add(step, 1 + 3 * scale);
+            const std::array<double, 3> taps = smoothing_taps(scale);
+            const auto t0 = static_cast<float>(taps[0]), t1 = static_cast<float>(taps[1]),
+                       t2 = static_cast<float>(taps[2]);
+            device_->launch(kernel("smooth_down"), {vectors, height, planes}, Grain::fine, values, other, t0,
+                            t1, t2, step, size.height, size.width);
+            device_->launch(kernel("smooth_across"), {vectors, height, planes}, Grain::fine, other, values,
+                            t0, t1, t2, step, size.height, size.width);
+        }
+    }
+    add(0, 0);
+    return {std::move(values), size, size, planes_};
+}
+
+}  // namespace btfield::detail

@@ -1,0 +1,148 @@
+#include "host/compound/control_growth.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "btfield/error.hpp"
+#include "btfield/spectral_basis.hpp"
+#include "host/base/text.hpp"
+#include "host/cl/device_impl.hpp"
+#include "host/compound/conditional_mean.hpp"
+#include "host/compound/label_lattice.hpp"
+
+namespace btfield::detail {
+namespace {
+
+using std::size_t;
+
+/// The roller compares conditional means at half resolution where there is room: cuts two pixels wide do not
+/// show, and the search takes a quarter of the time.
+constexpr int smallest_halved_side = 128;
+/// Directions of colour with less than this share of the variance do not decide where cuts run.
+constexpr double smallest_compared_share = 0.05;
+/// Of 64, 80, 96, 112 and 128 pixels, patches of labels of up to 96 kept the shapes of five materials best:
+/// larger ones come too seldom for that.
+constexpr int largest_block = 96;
+/// A tile is continued by this share of its sides, so that patches may lie across its edges.
+constexpr int continued_share = 4;
+
+/// Mean of scale × scale pixels.
+Image reduced_by(const Image& image, int scale) {
+    if (scale == 1) return image;
+    Image result({image.height() / scale, image.width() / scale}, image.planes());
+    const auto width = static_cast<size_t>(image.width()), n = static_cast<size_t>(scale);
+    for (int p = 0; p < image.planes(); ++p) {
+        const std::span<const float> from = image.plane(p);
+        float* to = result.plane(p).data();
+        for (size_t r = 0; r < static_cast<size_t>(result.height()); ++r)
+            for (size_t c = 0; c < static_cast<size_t>(result.width()); ++c) {
+                float sum = 0.0F;
+                for (size_t i = 0; i < n; ++i)
+                    for (size_t j = 0; j < n; ++j) sum += from[(n * r + i) * width + n * c + j];
+                *to++ = sum / static_cast<float>(scale * scale);
+            }
+    }
+    return result;
+}
+
+bool varies(const Image& image) {
+    for (int p = 0; p < image.planes(); ++p) {
+        const std::span<const float> plane = image.plane(p);
+        if (std::any_of(plane.begin(), plane.end(), [&](float v) { return v != plane.front(); })) return true;
+    }
+    return false;
+}
+
+/// The eigenplanes that hold nearly all of the variance.
+Image main_planes(const Image& image) {
+    const SpectralBasis basis = spectral_basis(image);
+    const Image eigenplanes = to_eigenplanes(basis, image);
+    std::vector<double> variances;
+    double all = 0.0;
+    for (int p = 0; p < eigenplanes.planes(); ++p) {
+        double sum = 0.0;
+        for (const float v : eigenplanes.plane(p)) sum += static_cast<double>(v) * static_cast<double>(v);
+        variances.push_back(sum);
+        all += sum;
+    }
+    int kept = 1;
+    while (kept < eigenplanes.planes() &&
+           variances[static_cast<size_t>(kept)] >= smallest_compared_share * all)
+        ++kept;
+    Image result(eigenplanes.size(), kept);
+    for (int p = 0; p < kept; ++p) std::ranges::copy(eigenplanes.plane(p), result.plane(p).begin());
+    return result;
+}
+
+/// What the labels look like, or the labels themselves where all look alike.
+Image looks(Device& device, const CompoundModel& model, const ControlField& sample) {
+    DeviceImpl& impl = device.impl();
+    MeanWeights weights{model.mean, {}};
+    for (const CompoundRegion& region : model.regions) weights.regions.push_back(region.weights);
+    const Buffer labels = impl.upload(sample.labels);
+    const DevicePlanes mean = ConditionalMean(impl, weights).of(labels, sample.size);
+    Image image(sample.size, model.planes);
+    impl.read(mean.values, image.values().data(), image.values().size_bytes());
+    if (varies(image)) return image;
+    Image numbers(sample.size, 1);
+    std::ranges::transform(sample.labels, numbers.plane(0).begin(),
+                           [](std::uint8_t label) { return static_cast<float>(label); });
+    return numbers;
+}
+
+}  // namespace
+
+ControlField control_tile(Device& device, const ControlField& field, const Image& mean, Size size) {
+    if (size.height > field.size.height || size.width > field.size.width)
+        throw InputError("keep a tile of " + text_of(size) + " of the control field",
+                         "the picture is " + text_of(field.size), "ask for a smaller tile, or for none");
+    const std::array<Image, 1> compared{varies(mean) ? main_planes(mean) : mean};
+    const SourceMap map = Roller(device, compared).tile(size);
+    ControlField tile{size, field.regions, {}};
+    for (const std::uint32_t at : map.source) tile.labels.push_back(field.labels[at]);
+    return tile;
+}
+
+ControlGrowth::ControlGrowth(Device& device, const CompoundModel& model) : sample_(model.control) {
+    if (model.periodic) {
+        const auto continued = [](int side) { return side + side / continued_share; };
+        sample_ = on_lattice(sample_, {continued(sample_.size.height), continued(sample_.size.width)});
+    }
+    const bool several = std::any_of(sample_.labels.begin(), sample_.labels.end(),
+                                     [&](std::uint8_t label) { return label != sample_.labels.front(); });
+    if (!several) return;
+    if (std::min(sample_.size.height, sample_.size.width) >= 2 * smallest_halved_side) scale_ = 2;
+    const std::array<Image, 1> compared{main_planes(reduced_by(looks(device, model, sample_), scale_))};
+    roller_.emplace(device, compared);
+}
+
+ControlField ControlGrowth::grow(Size size, std::uint64_t seed) {
+    ControlField result{size, sample_.regions, {}};
+    if (!roller_) {
+        result.labels.assign(area(size), sample_.labels.front());
+        return result;
+    }
+    // Of an odd side the roller lays one pixel more, which is cut off: only where the side is odd, the field
+    // has a step at the edge.
+    const auto reduced = [&](int side) { return (side + scale_ - 1) / scale_; };
+    const Size rolled{std::max(16, reduced(size.height)), std::max(16, reduced(size.width))};
+    RollerOptions options;
+    options.seed = seed;
+    options.block = std::min(roller_->default_block(), largest_block / scale_);
+    const SourceMap map = roller_->quilt(rolled, options);
+    result.labels.reserve(area(size));
+    const auto n = static_cast<size_t>(scale_), width = static_cast<size_t>(sample_.size.width);
+    for (size_t r = 0; r < static_cast<size_t>(size.height); ++r)
+        for (size_t c = 0; c < static_cast<size_t>(size.width); ++c) {
+            const std::uint32_t at = map.source[r / n * static_cast<size_t>(map.size.width) + c / n];
+            const size_t row = at / static_cast<size_t>(map.sample.width);
+            const size_t column = at % static_cast<size_t>(map.sample.width);
+            result.labels.push_back(sample_.labels[(n * row + r % n) * width + n * column + c % n]);
+        }
+    return result;
+}
+
+}  // namespace btfield::detail

@@ -1,0 +1,33 @@
+#pragma once
+
+// Control fields of any size, by the roller (theory 18.2; P1 2.1).
+
+#include <cstdint>
+#include <optional>
+
+#include "btfield/compound.hpp"
+#include "btfield/device.hpp"
+#include "btfield/roller.hpp"
+
+namespace btfield::detail {
+
+/// A roller's tile of the field: cut where the conditional mean of the picture shows it least.
+/// \param mean of the picture that the field is of
+/// \throws InputError as Roller::tile()
+[[nodiscard]] ControlField control_tile(Device& device, const ControlField& field, const Image& mean,
+                                        Size size);
+
+class ControlGrowth {
+  public:
+    ControlGrowth(Device& device, const CompoundModel& model);
+
+    /// \param size sides of at least 16
+    [[nodiscard]] ControlField grow(Size size, std::uint64_t seed);
+
+  private:
+    ControlField sample_;  ///< a tile is continued beyond its edges
+    int scale_ = 1;        ///< pixels of the sample to one of what the roller compares
+    std::optional<Roller> roller_;
+};
+
+}  // namespace btfield::detail

@@ -1,0 +1,423 @@
+#include "host/compound/regional_fit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "btfield/pyramid.hpp"
+#include "host/analysis/lag_matrices.hpp"
+#include "host/base/eigen.hpp"
+#include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
+#include "host/compound/label_lattice.hpp"
+#include "host/compound/regional_covariance.hpp"
+#include "host/compound/regional_fields.hpp"
+#include "host/fit/analysed_picture.hpp"
+#include "host/fit/level_fit.hpp"
+#include "host/fit/random_decrement.hpp"
+#include "host/roller/features.hpp"
+#include "host/spectrum/examination.hpp"
+#include "host/spectrum/spectral_density.hpp"
+
+namespace btfield::detail {
+namespace {
+
+using std::size_t;
+
+constexpr int usual_levels = 3;  // P1's
+/// Fewer pixels of a level than this tell nothing of a region: it takes the model of all regions together.
+constexpr size_t fewest_pixels = 100;
+constexpr std::array<std::uint64_t, 2> calibration_seeds{0x5ca1ab1e, 0x0ddba11};
+
+/// Deviations of a region below this part of the residual's own are replaced by noise of that size: what does
+/// not vary has no model.
+constexpr float smallest_deviation = 1e-4F;
+
+/// What the regional models are fitted to, and how it came about.
+struct ModelledPlanes {
+    SpectralBasis basis;                           ///< without planes where values are modelled as they are
+    std::vector<std::vector<Marginal>> marginals;  ///< [region][eigenplane], or none
+    Image planes;
+};
+
+std::vector<std::vector<size_t>> pixels_of(const ControlField& field) {
+    std::vector<std::vector<size_t>> pixels(static_cast<size_t>(field.regions));
+    for (size_t n = 0; n < field.labels.size(); ++n) pixels[field.labels[n]].push_back(n);
+    return pixels;
+}
+
+/// Adds noise to regions in which a plane hardly varies.
+void stir(Image& image, const std::vector<std::vector<size_t>>& pixels) {
+    for (int p = 0; p < image.planes(); ++p) {
+        const std::span<float> plane = image.plane(p);
+        const auto deviation = [&](const std::vector<size_t>& of) {
+            double sum = 0.0, squares = 0.0;
+            for (const size_t n : of) {
+                sum += static_cast<double>(plane[n]);
+                squares += static_cast<double>(plane[n]) * static_cast<double>(plane[n]);
+            }
+            const double count = static_cast<double>(of.size());
+            return count > 0.0 ? std::sqrt(std::max(0.0, squares / count - sum * sum / (count * count)))
+                               : 0.0;
+        };
+        double largest = 0.0;
+        for (const auto& region : pixels) largest = std::max(largest, deviation(region));
+        const float least = largest > 0.0 ? smallest_deviation * static_cast<float>(largest) : 1e-6F;
+        for (const auto& region : pixels) {
+            if (deviation(region) >= static_cast<double>(least)) continue;
+            for (const size_t n : region) {
+                const auto word = static_cast<float>(draw(static_cast<std::uint64_t>(p), n) >> 40);
+                plane[n] += least * 3.4F * (word / 16777216.0F - 0.5F);
+            }
+        }
+    }
+}
+
+/// Each region's eigenplanes become standard normal ones.
+ModelledPlanes gaussianised(Image eigenplanes, SpectralBasis basis,
+                            const std::vector<std::vector<size_t>>& pixels) {
+    ModelledPlanes result{std::move(basis), std::vector<std::vector<Marginal>>(pixels.size()),
+                          std::move(eigenplanes)};
+    stir(result.planes, pixels);
+    for_each_block(static_cast<int>(pixels.size()), [&](int k) {
+        const std::vector<size_t>& own = pixels[static_cast<size_t>(k)];
+        if (own.empty()) return;
+        Image packed(Size{1, static_cast<int>(own.size())}, result.planes.planes());
+        for (int p = 0; p < packed.planes(); ++p)
+            for (size_t n = 0; n < own.size(); ++n) packed.plane(p)[n] = result.planes.plane(p)[own[n]];
+        GaussianPlanes gaussian = gaussianise(packed);
+        for (int p = 0; p < packed.planes(); ++p)
+            for (size_t n = 0; n < own.size(); ++n)
+                result.planes.plane(p)[own[n]] = gaussian.planes.plane(p)[n];
+        for (Marginal& marginal : gaussian.marginals)
+            for (double& value : marginal.values) value = static_cast<double>(static_cast<float>(value));
+        result.marginals[static_cast<size_t>(k)] = std::move(gaussian.marginals);
+    });
+    return result;
+}
+
+ModelledPlanes modelled(const Image& residual, const std::vector<std::vector<size_t>>& pixels,
+                        const FitOptions& local) {
+    Image stirred = residual;
+    stir(stirred, pixels);
+    if (local.marginals == MarginalMode::none && !is_2d(local.model)) return {{}, {}, std::move(stirred)};
+    SpectralBasis basis = spectral_basis(stirred);
+    Image eigenplanes = to_eigenplanes(basis, stirred);
+    if (local.marginals == MarginalMode::none) return {std::move(basis), {}, std::move(eigenplanes)};
+    return gaussianised(std::move(eigenplanes), std::move(basis), pixels);
+}
+
+/// A level of the residual with its labels.
+struct RegionalLevel {
+    Image image;
+    std::vector<std::uint8_t> labels;
+    std::vector<size_t> counts;
+};
+
+std::vector<std::uint8_t> mask_of(const std::vector<std::uint8_t>& labels, int region) {
+    std::vector<std::uint8_t> inside(labels.size());
+    std::transform(labels.begin(), labels.end(), inside.begin(),
+                   [&](std::uint8_t label) { return static_cast<std::uint8_t>(label == region); });
+    return inside;
+}
+
+/// C of plane p alone at lag 0.
+LagCovariance plane_variance(const LagCovariance& statistic, int p) {
+    LagCovariance own(1, statistic.size(), {});
+    own.mean()[0] = statistic.mean()[static_cast<size_t>(p)];
+    own.set(0, 0, {}, statistic(p, p, {}));
+    return own;
+}
+
+Image single_plane(const Image& image, int p) {
+    Image own(image.size(), 1);
+    std::ranges::copy(image.plane(p), own.plane(0).begin());
+    return own;
+}
+
+/// White noise of these covariances, for regions in which random decrement finds nothing to average.
+MaModel white_noise(const LagCovariance& statistic) {
+    MaModel model;
+    model.planes = statistic.planes();
+    model.kind = NeighbourhoodKind::custom;
+    model.offsets = {Offset{}};
+    const Eigen::MatrixXd covariance = lag_zero(statistic);
+    for (int i = 0; i < model.planes; ++i)
+        for (int j = 0; j < model.planes; ++j) {
+            model.coefficients.push_back(i == j ? 1.0 : 0.0);
+            model.noise_covariance.push_back(covariance(i, j));
+        }
+    return model;
+}
+
+/// Moving averages of one region at one level.
+/// \param inside empty: all pixels
+LevelModel fit_averages(const RegionalLevel& data, const LagCovariance& statistic,
+                        std::span<const std::uint8_t> inside, const FitOptions& local,
+                        const Support& support) {
+    LevelModel level;
+    level.size = data.image.size();
+    level.estimator = Estimator::random_decrement;
+    level.log_likelihood = std::numeric_limits<double>::quiet_NaN();
+    level.certificate.valid = true;
+    level.certificate.min_singular = std::numeric_limits<double>::infinity();
+    const bool apart = is_2d(local.model);
+    for (int p = 0; p < (apart ? data.image.planes() : 1); ++p) {
+        const LagCovariance own = apart ? plane_variance(statistic, p) : statistic;
+        MaModel model;
+        try {
+            model = fit_ma(apart ? single_plane(data.image, p) : data.image, own, support, local.noise,
+                           local.moving_average, inside);
+        } catch (const InputError&) {
+            if (inside.empty()) throw;
+            model = white_noise(own);
+        }
+        for (double& a : model.coefficients) a = static_cast<double>(static_cast<float>(a));
+        const Certificate certificate = examine(Model(model), own).certificate;
+        level.certificate.valid = level.certificate.valid && certificate.valid;
+        level.certificate.min_singular = std::min(level.certificate.min_singular, certificate.min_singular);
+        level.certificate.variance_ratio.insert(level.certificate.variance_ratio.end(),
+                                                certificate.variance_ratio.begin(),
+                                                certificate.variance_ratio.end());
+        level.models.emplace_back(std::move(model));
+    }
+    return level;
+}
+
+/// The level with the region's deviations and 0 outside, scaled such that its variance is the region's: its
+/// periodogram stands for the region's.
+Image masked(const RegionalLevel& data, const LagCovariance& statistic, int region) {
+    Image image(data.image.size(), data.image.planes());
+    const double pixels = static_cast<double>(data.labels.size());
+    const auto scale =
+        static_cast<float>(std::sqrt(pixels / static_cast<double>(data.counts[static_cast<size_t>(region)])));
+    for (int p = 0; p < image.planes(); ++p) {
+        const auto mean = static_cast<float>(statistic.mean()[static_cast<size_t>(p)]);
+        for (size_t n = 0; n < data.labels.size(); ++n)
+            image.plane(p)[n] = data.labels[n] == region ? scale * (data.image.plane(p)[n] - mean) : 0.0F;
+    }
+    return image;
+}
+
+/// Other families: from the covariances of pairs inside the region, or, where those are not a field's, from
+/// those of the region's deviations with 0 outside.
+LevelModel fit_covariances(const RegionalLevel& data, int region, int regions, Offset box,
+                           std::array<std::vector<LagCovariance>, 2>& statistics, const FitOptions& local,
+                           const Support& support) {
+    std::optional<LevelModel> last;
+    for (const PairCount count : {PairCount::pairs, PairCount::pixels}) {
+        auto& own = statistics[static_cast<size_t>(count)];
+        if (own.empty()) own = regional_covariances(data.image, data.labels, regions, box, count);
+        const LagCovariance& statistic = own[static_cast<size_t>(region)];
+        AnalysedLevel analysed(masked(data, statistic, region), statistic);
+        try {
+            LevelModel level = fit_level(analysed, local, support).level;
+            const auto& ratios = level.certificate.variance_ratio;
+            const bool sound = level.certificate.valid &&
+                               std::ranges::all_of(ratios, [](double r) { return r > 0.5 && r < 2.0; });
+            if (sound) return level;
+            last = std::move(level);
+        } catch (const InputError&) {
+            if (count == PairCount::pixels && !last) throw;
+        }
+    }
+    return *std::move(last);
+}
+
+class RegionalEstimator {
+  public:
+    RegionalEstimator(const ControlField& field, const FitOptions& local, const Support& support)
+        : regions_(field.regions),
+          local_(&local),
+          support_(&support),
+          box_(difference_box(support.offsets)) {}
+
+    /// Models of one level, one to each region.
+    [[nodiscard]] std::vector<LevelModel> fit(const RegionalLevel& data, size_t depth,
+                                              std::set<std::string>& reasons) const {
+        const bool averages = family(local_->model) == Family::ma;
+        std::array<std::vector<LagCovariance>, 2> statistics;
+        auto& pairs = statistics[static_cast<size_t>(PairCount::pairs)];
+        pairs = regional_covariances(data.image, data.labels, regions_, averages ? Offset{} : box_,
+                                     PairCount::pairs);
+        std::optional<LevelModel> all;
+        std::vector<LevelModel> models(static_cast<size_t>(regions_));
+        std::vector<int> own;
+        for (int k = 0; k < regions_; ++k) {
+            if (data.counts[static_cast<size_t>(k)] >= needed(data)) {
+                own.push_back(k);
+                continue;
+            }
+            if (!all) all = fit_all(data);
+            models[static_cast<size_t>(k)] = *all;
+            reasons.insert("region " + std::to_string(k) + " has " +
+                           std::to_string(data.counts[static_cast<size_t>(k)]) + " pixels at level " +
+                           std::to_string(depth) + ", too few for a model: it has that of all regions");
+        }
+        const auto one = [&](int n) {
+            const int k = own[static_cast<size_t>(n)];
+            models[static_cast<size_t>(k)] =
+                averages ? fit_averages(data, pairs[static_cast<size_t>(k)], mask_of(data.labels, k), *local_,
+                                        *support_)
+                         : fit_covariances(data, k, regions_, box_, statistics, *local_, *support_);
+        };
+        if (averages)
+            for_each_block(static_cast<int>(own.size()), one);
+        else
+            for (int n = 0; n < static_cast<int>(own.size()); ++n) one(n);
+        return models;
+    }
+
+  private:
+    [[nodiscard]] size_t needed(const RegionalLevel& data) const {
+        if (family(local_->model) == Family::ma) return fewest_pixels;
+        const auto planes = static_cast<size_t>(is_2d(local_->model) ? 1 : data.image.planes());
+        return 20 * support_->offsets.size() * planes;
+    }
+    [[nodiscard]] LevelModel fit_all(const RegionalLevel& data) const {
+        const std::vector<std::uint8_t> same(data.labels.size(), 0);
+        if (family(local_->model) == Family::ma) {
+            const auto statistic = regional_covariances(data.image, same, 1, {}, PairCount::pairs);
+            return fit_averages(data, statistic.front(), {}, *local_, *support_);
+        }
+        AnalysedLevel analysed(data.image);
+        return fit_level(analysed, *local_, *support_).level;
+    }
+
+    int regions_;
+    const FitOptions* local_;
+    const Support* support_;
+    Offset box_;
+};
+
+/// Levels that are asked for, or as many of three as the picture has room for.
+int levels_of(Size size, const FitOptions& local, const Support& support) {
+    Offset reach;
+    for (const Offset s : support.offsets)
+        reach = {std::max(reach.row, std::abs(s.row)), std::max(reach.column, std::abs(s.column))};
+    const int wanted = local.levels > 0 ? local.levels : usual_levels;
+    int fitting = 0;
+    for (const Size level : pyramid_sizes(size, wanted, local.factor)) {
+        const int least = local.levels > 0 ? 0 : 16;
+        if (level.height <= std::max(least, 2 * reach.row) ||
+            level.width <= std::max(least, 2 * reach.column))
+            break;
+        ++fitting;
+    }
+    if (fitting == 0 || (local.levels > 0 && fitting < wanted))
+        throw InputError("fit " + std::to_string(wanted) + " levels to a picture of " + text_of(size),
+                         "level " + std::to_string(fitting + 1) +
+                             " is too small for a support that reaches " +
+                             std::to_string(std::max(reach.row, reach.column)) + " pixels",
+                         fitting == 0 ? "use a lower order or a larger picture"
+                                      : "use at most " + std::to_string(fitting) + ", or a lower order");
+    return fitting;
+}
+
+/// Symmetric M with M S M = C.
+Eigen::MatrixXd matching(const Eigen::MatrixXd& s, const Eigen::MatrixXd& c) {
+    const Eigen::MatrixXd root = symmetric_root(s), inverse = inverse_symmetric_root(s);
+    const Eigen::MatrixXd middle = root * c * root;
+    const Eigen::MatrixXd inner = symmetric_root(0.5 * (middle + middle.transpose()));
+    const Eigen::MatrixXd m = inverse * inner * inverse;
+    return 0.5 * (m + m.transpose());
+}
+
+/// C(0) of each region of what the levels add up to, without marginals, over some seeds.
+std::vector<Eigen::MatrixXd> grown_covariances(Device& device, const ControlField& field,
+                                               const std::vector<TextureModel>& residuals) {
+    DeviceImpl& impl = device.impl();
+    std::vector<const TextureModel*> regions;
+    for (const TextureModel& residual : residuals) regions.push_back(&residual);
+    RegionalFields fields(impl, regions, field.size);
+    const Buffer labels = impl.upload(on_lattice(field, fields.layout().lattice).labels);
+    std::vector<Eigen::MatrixXd> sums(residuals.size());
+    for (const std::uint64_t seed : calibration_seeds) {
+        const std::vector<std::array<std::uint32_t, 2>> words{
+            {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
+        const DevicePlanes grown = fields.grow(labels, impl.upload(words));
+        Image lattice(grown.lattice, grown.planes), image(field.size, grown.planes);
+        impl.read(grown.values, lattice.values().data(), lattice.values().size_bytes());
+        const auto width = static_cast<size_t>(field.size.width);
+        for (int p = 0; p < image.planes(); ++p)
+            for (size_t r = 0; r < static_cast<size_t>(field.size.height); ++r)
+                std::ranges::copy(lattice.plane(p).subspan(r * static_cast<size_t>(lattice.width()), width),
+                                  image.plane(p).subspan(r * width, width).begin());
+        const auto covariances =
+            regional_covariances(image, field.labels, field.regions, {}, PairCount::pairs);
+        for (size_t k = 0; k < sums.size(); ++k) {
+            const Eigen::MatrixXd own =
+                lag_zero(covariances[k]) / static_cast<double>(calibration_seeds.size());
+            sums[k] = sums[k].size() == 0 ? own : Eigen::MatrixXd(sums[k] + own);
+        }
+    }
+    return sums;
+}
+
+/// See fit_regions().
+/// \param planes what the regional models were fitted to
+void calibrate(Device& device, const Image& planes, const ControlField& field,
+               std::vector<TextureModel>& residuals) {
+    const std::vector<Eigen::MatrixXd> grown = grown_covariances(device, field, residuals);
+    const auto wanted = regional_covariances(planes, field.labels, field.regions, {}, PairCount::pairs);
+    for (size_t k = 0; k < residuals.size(); ++k) {
+        TextureModel& residual = residuals[k];
+        const Eigen::MatrixXd target = lag_zero(wanted[k]);
+        if (!residual.marginals.empty()) {
+            const Eigen::MatrixXd m = matching(grown[k], target);
+            residual.whitening.clear();
+            for (const double value : m.reshaped())
+                residual.whitening.push_back(static_cast<double>(static_cast<float>(value)));
+            continue;
+        }
+        const double gain = std::sqrt(target.trace() / grown[k].trace());
+        if (std::isfinite(gain))
+            for (LevelModel& level : residual.levels) level.gain *= gain;
+    }
+}
+
+}  // namespace
+
+RegionalFit fit_regions(Device& device, const Image& residual, const ControlField& field,
+                        const FitOptions& local) {
+    const Support support = support_of(local);
+    const int levels = levels_of(residual.size(), local, support);
+    const std::vector<std::vector<size_t>> pixels = pixels_of(field);
+    const ModelledPlanes planes = modelled(residual, pixels, local);
+    TextureModel common;
+    common.kind = local.model;
+    common.size = residual.size();
+    common.planes = residual.planes();
+    common.space = residual.space();
+    common.factor = local.factor;
+    common.noise = local.noise;
+    common.basis = planes.basis;
+    common.mean = planes.basis.planes > 0 ? planes.basis.mean
+                                          : std::vector<double>(static_cast<size_t>(common.planes), 0.0);
+    common.provenance.software = "btfield " BTFIELD_VERSION;
+    RegionalFit result{std::vector<TextureModel>(static_cast<size_t>(field.regions), common), {}};
+    for (size_t k = 0; k < planes.marginals.size(); ++k) result.residuals[k].marginals = planes.marginals[k];
+
+    std::vector<Image> pyramid = levels > 1 ? decompose(device, planes.planes, levels, local.factor)
+                                            : std::vector<Image>{planes.planes};
+    const RegionalEstimator estimator(field, local, support);
+    std::set<std::string> reasons;
+    int step = 1;
+    for (size_t l = 0; l < pyramid.size(); ++l, step *= local.factor) {
+        RegionalLevel data{std::move(pyramid[l]), {}, std::vector<size_t>(pixels.size(), 0)};
+        data.labels = coarse_labels(field, step);
+        for (const std::uint8_t label : data.labels) ++data.counts[label];
+        std::vector<LevelModel> models = estimator.fit(data, l, reasons);
+        for (size_t k = 0; k < models.size(); ++k) result.residuals[k].levels.push_back(std::move(models[k]));
+    }
+    result.reasons.assign(reasons.begin(), reasons.end());
+    calibrate(device, planes.planes, field, result.residuals);
+    return result;
+}
+
+}  // namespace btfield::detail

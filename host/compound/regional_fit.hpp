@@ -1,0 +1,27 @@
+#pragma once
+
+// Models of the residual, one to each region (theory 18.4; P1 2.3).
+
+#include <string>
+#include <vector>
+
+#include "btfield/compound.hpp"
+#include "btfield/device.hpp"
+
+namespace btfield::detail {
+
+struct RegionalFit {
+    std::vector<TextureModel> residuals;
+    std::vector<std::string> reasons;  ///< what was not as usual
+};
+
+/// What the regions' levels add up to on this control field is scaled: to the residual's variances and
+/// correlations where there are marginals, which then keep its histograms, to its variance elsewhere. Levels
+/// are estimated as if they had nothing in common, and near borders what is coarse comes from both sides.
+/// \param residual the picture less its conditional mean; means of regions are about 0
+/// \param local    as CompoundOptions::local
+/// \throws InputError as fit_compound()
+[[nodiscard]] RegionalFit fit_regions(Device& device, const Image& residual, const ControlField& field,
+                                      const FitOptions& local);
+
+}  // namespace btfield::detail

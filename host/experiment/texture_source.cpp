@@ -1,0 +1,170 @@
+#include "host/experiment/texture_source.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "btfield/compound.hpp"
+#include "btfield/roller.hpp"
+#include "btfield/synthesis.hpp"
+
+namespace btfield::detail {
+namespace {
+
+/// The worst of the certificates of all levels of all fields.
+void describe_certificates(std::span<const TextureModel* const> fields, JobResult& result) {
+    double singular = std::numeric_limits<double>::infinity();
+    double lowest = std::numeric_limits<double>::infinity(), highest = 0.0;
+    int zeros = 0;
+    for (const TextureModel* field : fields) {
+        for (const LevelModel& level : field->levels) {
+            singular = std::min(singular, level.certificate.min_singular);
+            zeros += level.certificate.zeros;
+            for (const double ratio : level.certificate.variance_ratio) {
+                lowest = std::min(lowest, ratio);
+                highest = std::max(highest, ratio);
+            }
+        }
+    }
+    result.min_singular = singular;
+    result.zeros = zeros;
+    result.lowest_ratio = lowest;
+    result.highest_ratio = highest;
+}
+
+void describe_levels(const TextureModel& field, JobResult& result) {
+    std::string estimators;
+    for (const LevelModel& level : field.levels)
+        estimators += (estimators.empty() ? "" : ",") + std::string(name(level.estimator));
+    result.estimators = estimators;
+    result.fitted_levels = static_cast<int>(field.levels.size());
+}
+
+class FieldSource final : public TextureSource {
+  public:
+    FieldSource(Device& device, TextureModel model, Size size, bool allow_invalid)
+        : device_(device), model_(std::move(model)), size_(size), allow_invalid_(allow_invalid) {}
+
+    void describe(JobResult& result) const override {
+        const TextureModel* const field = &model_;
+        result.valid = is_valid(model_);
+        result.parameters = parameter_count(model_);
+        describe_certificates({&field, 1}, result);
+        describe_levels(model_, result);
+    }
+    void prepare() override {
+        SynthesisOptions options;
+        options.allow_invalid = allow_invalid_;
+        synthesiser_.emplace(device_, model_, size_, options);
+    }
+    [[nodiscard]] std::size_t batch() const override {
+        return static_cast<std::size_t>(std::max(1, synthesiser_->batch()));
+    }
+    [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds) override {
+        return synthesiser_->synthesise(seeds);
+    }
+
+  private:
+    Device& device_;
+    TextureModel model_;
+    Size size_;
+    bool allow_invalid_;
+    std::optional<Synthesiser> synthesiser_;
+};
+
+class CompoundSource final : public TextureSource {
+  public:
+    CompoundSource(Device& device, CompoundModel model, Size size, bool allow_invalid)
+        : device_(device), model_(std::move(model)), size_(size), allow_invalid_(allow_invalid) {}
+
+    void describe(JobResult& result) const override {
+        std::vector<const TextureModel*> fields;
+        for (const CompoundRegion& region : model_.regions) fields.push_back(&region.residual);
+        result.valid = is_valid(model_);
+        result.parameters = parameter_count(model_);
+        describe_certificates(fields, result);
+        describe_levels(*fields.front(), result);  // the regions are fitted alike
+    }
+    void prepare() override { synthesiser_.emplace(device_, model_, size_, allow_invalid_); }
+    [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds) override {
+        std::vector<Image> textures;
+        for (const std::uint64_t seed : seeds) textures.push_back(synthesiser_->synthesise(seed));
+        return textures;
+    }
+
+  private:
+    Device& device_;
+    CompoundModel model_;
+    Size size_;
+    bool allow_invalid_;
+    std::optional<CompoundSynthesiser> synthesiser_;
+};
+
+class RollSource final : public TextureSource {
+  public:
+    RollSource(Device& device, const Image& picture, Size size)
+        : picture_(picture), size_(size), roller_(device, {&picture, 1}) {}
+
+    void describe(JobResult& /*result*/) const override {}
+    void prepare() override {}
+    [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds) override {
+        std::vector<Image> textures;
+        for (const std::uint64_t seed : seeds) {
+            RollerOptions options;
+            options.seed = seed;
+            textures.push_back(apply(roller_.quilt(size_, options), picture_));
+        }
+        return textures;
+    }
+
+  private:
+    const Image& picture_;
+    Size size_;
+    Roller roller_;
+};
+
+FitOptions field_options(ModelKind kind, const ExperimentConfig& config, const JobSettings& settings) {
+    FitOptions options;
+    options.model = kind;
+    options.order = settings.order;
+    options.levels = settings.levels;
+    options.factor = config.factor;
+    options.estimator = settings.estimator;
+    options.noise = config.noise;
+    options.gains = config.gains;
+    options.marginals = settings.marginals;
+    return options;
+}
+
+CompoundOptions compound_options(const ExperimentConfig& config, const JobSettings& settings) {
+    CompoundOptions options;
+    options.local.order = settings.order;
+    options.local.levels = settings.levels;
+    options.local.factor = config.factor;
+    options.local.estimator = settings.estimator;
+    options.local.noise = config.noise;
+    options.local.marginals = settings.marginals;
+    return options;
+}
+
+}  // namespace
+
+std::unique_ptr<TextureSource> texture_source(Device& device, Analysis& picture,
+                                              const ExperimentConfig& config, const JobSettings& settings) {
+    const Image& image = picture.image();
+    const Size size = config.size.value_or(image.size());
+    if (const std::optional<ModelKind> kind = random_field(settings.model)) {
+        return std::make_unique<FieldSource>(device, picture.fit(field_options(*kind, config, settings)),
+                                             size, config.allow_invalid);
+    }
+    if (settings.model == ExperimentModel::compound) {
+        return std::make_unique<CompoundSource>(
+            device, fit_compound(device, image, compound_options(config, settings)), size,
+            config.allow_invalid);
+    }
+    return std::make_unique<RollSource>(device, image, size);
+}
+
+}  // namespace btfield::detail

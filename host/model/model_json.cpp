@@ -1,0 +1,364 @@
+#include "host/model/model_json.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "btfield/model_file.hpp"
+#include "host/analysis/neighbourhood_names.hpp"
+#include "host/base/file_output.hpp"
+#include "host/model/model_names.hpp"
+#include "host/pictures/picture_names.hpp"
+
+namespace btfield::detail {
+
+using namespace json_reading;
+using nlohmann::ordered_json;
+
+namespace {
+
+constexpr int minor_version = 0;
+/// A parsed file takes some ten times its size in memory; no model comes near.
+constexpr std::size_t largest_file = std::size_t{256} << 20;
+const char* const other_remedy = "give a model of the other kind: btfield info tells which it is";
+
+// Writing
+// ------------------------------------------------------------------------------------------------------
+
+/// JSON has no NaN: numbers that a failed certificate leaves undefined become null.
+ordered_json number(double value) {
+    return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
+
+ordered_json certificate_value(const Certificate& certificate) {
+    ordered_json ratios = ordered_json::array();
+    for (const double ratio : certificate.variance_ratio) ratios.push_back(number(ratio));
+    ordered_json value;
+    value["valid"] = certificate.valid;
+    value["min_singular"] = number(certificate.min_singular);
+    value["zeros"] = certificate.zeros;
+    value["variance_ratio"] = std::move(ratios);
+    return value;
+}
+
+ordered_json part_value(const Model& model) {
+    const LinearField& field = linear_field(model);
+    ordered_json offsets = ordered_json::array();
+    for (const Offset s : field.offsets) offsets.push_back(ordered_json::array({s.row, s.column}));
+    ordered_json value;
+    value["neighbourhood"] = name(field.kind);
+    value["offsets"] = std::move(offsets);
+    if (!field.active.empty()) value["active"] = field.active;
+    value["coefficients"] = field.coefficients;
+    value["noise_covariance"] = field.noise_covariance;
+    return value;
+}
+
+ordered_json level_value(const LevelModel& level) {
+    ordered_json parts = ordered_json::array();
+    for (const Model& part : level.models) parts.push_back(part_value(part));
+    ordered_json value;
+    value["size"] = size_value(level.size);
+    value["models"] = std::move(parts);
+    value["gain"] = level.gain;
+    value["estimator"] = name(level.estimator);
+    value["iterations"] = level.iterations;
+    value["log_likelihood"] = number(level.log_likelihood);
+    value["certificate"] = certificate_value(level.certificate);
+    return value;
+}
+
+/// Rows of T, or "none".
+ordered_json basis_value(const SpectralBasis& basis) {
+    if (basis.planes == 0) return "none";
+    ordered_json rows = ordered_json::array();
+    const auto d = static_cast<std::ptrdiff_t>(basis.planes);
+    for (auto row = basis.matrix.begin(); row != basis.matrix.end(); row += d)
+        rows.push_back(std::vector<double>(row, row + d));
+    return rows;
+}
+
+ordered_json marginals_value(const std::vector<Marginal>& marginals) {
+    if (marginals.empty()) return "none";
+    ordered_json value = ordered_json::array();
+    for (const Marginal& marginal : marginals) value.push_back(marginal.values);
+    return value;
+}
+
+bool holds_object(const ordered_json& value) {
+    return value.is_object() ||
+           (value.is_array() &&
+            std::any_of(value.begin(), value.end(), [](const auto& v) { return holds_object(v); }));
+}
+
+/// Objects are indented, arrays of numbers stay on one line. Doubles get the digits that bring them back bit
+/// for bit.
+void print(const ordered_json& value, const std::string& indent, std::string& out) {
+    const std::string inner = indent + "  ";
+    const bool lines = holds_object(value);
+    const char* separator = "";
+    if (value.is_object()) {
+        out += '{';
+        for (const auto& [key, member] : value.items()) {
+            out += separator;
+            out += '\n' + inner + ordered_json(key).dump() + ": ";
+            print(member, inner, out);
+            separator = ",";
+        }
+        out += '\n' + indent + '}';
+    } else if (value.is_array()) {
+        out += '[';
+        for (const ordered_json& member : value) {
+            out += separator;
+            if (lines) out += '\n' + inner;
+            print(member, inner, out);
+            separator = lines ? "," : ", ";
+        }
+        if (lines) out += '\n' + indent;
+        out += ']';
+    } else {
+        out += value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+    }
+}
+
+// Reading
+// ------------------------------------------------------------------------------------------------------
+
+Certificate read_certificate(const json& value, const std::string& where, const Context& context) {
+    Object object(value, where, context);
+    Certificate certificate;
+    certificate.valid = object.get("valid", truth);
+    certificate.min_singular = object.get("min_singular", real_or_null);
+    certificate.zeros = object.get("zeros", integer);
+    certificate.variance_ratio = object.get_list("variance_ratio", real_or_null);
+    object.finish();
+    return certificate;
+}
+
+Model read_part(const json& value, const std::string& where, ModelKind kind, int planes,
+                const Context& context) {
+    Object object(value, where, context);
+    LinearField field;
+    field.planes = planes;
+    field.kind = object.get_name<NeighbourhoodKind>("neighbourhood");
+    field.offsets = object.get_list("offsets", offset);
+    field.coefficients = object.get_list("coefficients", real);
+    if (object.has("active")) {
+        field.active = object.get_list("active", presence);
+        if (field.active.empty() != field.coefficients.empty()) {
+            fail(context, object.path("active") + " has another length than the coefficients");
+        }
+    }
+    field.noise_covariance = object.get_list("noise_covariance", real);
+    object.finish();
+    return model_of(family(kind), std::move(field));
+}
+
+LevelModel read_level(const json& value, const std::string& where, ModelKind kind, int planes,
+                      const Context& context) {
+    Object object(value, where, context);
+    LevelModel level;
+    level.size = object.get("size", size);
+    level.models = object.get_list("models", [&](const json& part, const std::string& place, const Context&) {
+        return read_part(part, place, kind, is_2d(kind) ? 1 : planes, context);
+    });
+    level.gain = object.get("gain", real);
+    level.estimator = object.get_name<Estimator>("estimator");
+    level.iterations = object.get("iterations", integer);
+    level.log_likelihood = object.get("log_likelihood", real_or_null);
+    level.certificate = object.get("certificate", read_certificate);
+    object.finish();
+    return level;
+}
+
+/// "none", or what `read` makes of the value.
+template <typename Read>
+void read_station(Object& object, const std::string& key, const Context& context, Read read) {
+    const json& value = object.member(key);
+    if (value.is_string()) {
+        if (value != "none") {
+            fail(context, "it needs a feature, '" + key + "', that this btfield does not have", newer_remedy);
+        }
+        return;
+    }
+    read(value, object.path(key));
+}
+
+SpectralBasis read_basis(const json& value, const std::string& where, const TextureModel& model,
+                         const Context& context) {
+    SpectralBasis basis;
+    basis.planes = model.planes;
+    basis.mean = model.mean;
+    for (const std::vector<double>&row :
+         list(value, where, context, [&](const json&inner, const std::string&place, const Context&) {
+             return list(inner, place, context, real);
+         })) {
+        if (row.size() != static_cast<std::size_t>(std::max(model.planes, 0)))
+            fail(context, where + " has a row of another length than 'planes'");
+        ++basis.rank;
+        basis.matrix.insert(basis.matrix.end(), row.begin(), row.end());
+    }
+    return basis;
+}
+
+}  // namespace
+
+ordered_json size_value(Size size) {
+    return ordered_json::array({size.width, size.height});
+}
+
+ordered_json provenance_value(const Provenance& provenance) {
+    ordered_json value;
+    value["source"] = provenance.source;
+    value["type"] = name(provenance.type);
+    value["picture_bytes"] = provenance.picture_bytes;
+    value["software"] = provenance.software;
+    value["reasons"] = provenance.reasons;
+    return value;
+}
+
+ordered_json model_value(const TextureModel& model) {
+    ordered_json value;
+    value["format"] = texture_format;
+    value["version"] = ordered_json::array({model_format_version, minor_version});
+    value["model"] = name(model.kind);
+    value["size"] = size_value(model.size);
+    value["planes"] = model.planes;
+    value["colour_space"] = name(model.space);
+    value["factor"] = model.factor;
+    value["noise"] = name(model.noise);
+    value["mean"] = model.mean;
+    value["basis"] = basis_value(model.basis);
+    value["marginals"] = marginals_value(model.marginals);
+    if (!model.marginals.empty()) value["whitening"] = model.whitening;
+    value["provenance"] = provenance_value(model.provenance);
+    ordered_json levels = ordered_json::array();
+    for (const LevelModel& level : model.levels) levels.push_back(level_value(level));
+    value["levels"] = std::move(levels);
+    return value;
+}
+
+std::string printed(const ordered_json& value) {
+    std::string out;
+    print(value, "", out);
+    return out + '\n';
+}
+
+void read_version(Object& object, const std::string& expected, Context& context) {
+    if (!object.has("format")) fail(context, "it has no key 'format': it is not a model");
+    if (const std::string format = object.get("format", text); format != expected) {
+        fail(context, "its format is '" + printable(format) + "', not '" + expected + "'",
+             format == compound_format || format == texture_format ? other_remedy : file_remedy);
+    }
+    const auto [major, minor] = object.get("version", pair);
+    const std::string version = std::to_string(major) + "." + std::to_string(minor);
+    if (major > model_format_version) {
+        fail(context,
+             "its format version is " + version + ", and this btfield reads up to " +
+                 std::to_string(model_format_version) + "." + std::to_string(minor_version),
+             newer_remedy);
+    }
+    if (major < 1 || minor < 0) fail(context, "its format version " + version + " does not exist");
+    context.newer_minor = minor > minor_version;
+}
+
+Provenance read_provenance(const json& value, const std::string& where, const Context& context) {
+    Object object(value, where, context);
+    Provenance provenance;
+    provenance.source = object.get("source", text);
+    provenance.type = object.get_name<PixelType>("type");
+    provenance.picture_bytes = object.get("picture_bytes", natural);
+    provenance.software = object.get("software", text);
+    provenance.reasons = object.get_list("reasons", text);
+    object.finish();
+    return provenance;
+}
+
+TextureModel model_from(const json& value, const std::string& place, Context context) {
+    Object object(value, place, context);
+    read_version(object, texture_format, context);
+    TextureModel model;
+    model.kind = object.get_name<ModelKind>("model");
+    model.size = object.get("size", size);
+    model.planes = object.get("planes", integer);
+    model.space = object.get_name<ColourSpace>("colour_space");
+    model.factor = object.get("factor", integer);
+    model.noise = object.get_name<NoiseForm>("noise");
+    model.mean = object.get_list("mean", real);
+    read_station(object, "basis", context, [&](const json& value_, const std::string& where) {
+        model.basis = read_basis(value_, where, model, context);
+    });
+    read_station(object, "marginals", context, [&](const json& value_, const std::string& where) {
+        model.marginals =
+            list(value_, where, context, [&](const json& inner, const std::string& at, const Context&) {
+                return Marginal{list(inner, at, context, real)};
+            });
+        model.whitening = object.get_list("whitening", real);
+    });
+    model.provenance = object.get("provenance", read_provenance);
+    model.levels =
+        object.get_list("levels", [&](const json& level, const std::string& where, const Context&) {
+            return read_level(level, where, model.kind, modelled_planes(model), context);
+        });
+    object.finish();
+    try {
+        check(model);
+    } catch (const InputError& error) {
+        fail(context, (place.empty() ? "" : place + ": ") + error.found());
+    }
+    return model;
+}
+
+std::string model_bytes(const std::filesystem::path& path, const std::string& asked) {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), &std::fclose);
+    const auto refuse = [&](int code) {
+        throw InputError(asked, std::generic_category().message(code),
+                         "give the name of a readable model file");
+    };
+    if (!file) refuse(errno);
+    const auto refuse_large = [&] {
+        throw InputError(asked, "it is larger than " + std::to_string(largest_file >> 20) + " MiB",
+                         file_remedy);
+    };
+    std::error_code no_regular_file;  // then its size shows while it is read
+    const std::uintmax_t size = std::filesystem::file_size(path, no_regular_file);
+    if (!no_regular_file && size > largest_file) refuse_large();
+    std::string bytes;
+    std::array<char, 1 << 16> buffer;
+    while (const std::size_t got = std::fread(buffer.data(), 1, buffer.size(), file.get())) {
+        bytes.append(buffer.data(), got);
+        if (bytes.size() > largest_file) refuse_large();
+    }
+    if (std::ferror(file.get()) != 0) refuse(errno);
+    return bytes;
+}
+
+bool is_cbor_name(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".btfm";
+}
+
+void write_model_value(const std::filesystem::path& path, const ordered_json& value,
+                       const std::string& asked) {
+    std::string bytes;
+    if (is_cbor_name(path))
+        ordered_json::to_cbor(value, bytes);
+    else
+        bytes = printed(value);
+    if (bytes.size() > largest_file) {
+        throw InputError(asked, "it would be larger than " + std::to_string(largest_file >> 20) + " MiB",
+                         "fit fewer planes, levels or offsets");
+    }
+    write_file(path, bytes, asked);
+}
+
+}  // namespace btfield::detail
