@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <system_error>
@@ -52,6 +53,11 @@ std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
     const bool several = options.pictures.size() > 1;
     if (several && !(options.labels.empty() && options.labels_output.empty()))
         throw UsageError("--labels and --save-labels go with one picture");
+    if (!options.labels.empty() && options.compound.clusters.regions)
+        throw UsageError("--labels excludes --regions: the labels say how many there are");
+    std::vector<fs::path> others{options.output, options.labels};
+    others.insert(others.end(), options.pictures.begin(), options.pictures.end());
+    check_labels_output(options.labels_output, others);
     const bool folder = is_output_folder("--output", options.output, several ? "several pictures" : "");
     std::vector<CompoundJob> jobs;
     std::set<fs::path> outputs;
@@ -77,8 +83,35 @@ std::vector<PaletteColour> any_labels() {
     return colours;
 }
 
+/// The colours of a picture from dark to bright; none where there are more than regions may be.
+std::vector<PaletteColour> colours_of(const std::string& file) {
+    const Image image = read_picture(file).image;
+    if (image.planes() != 3) return {};
+    std::map<int, std::set<PaletteColour>> by_brightness;
+    std::set<PaletteColour> seen;
+    for (std::size_t n = 0; n < area(image.size()) && seen.size() <= most_regions; ++n) {
+        PaletteColour colour{};
+        for (std::size_t p = 0; p < 3; ++p)
+            colour[p] = static_cast<std::uint8_t>(std::lround(255.0F * image.plane(static_cast<int>(p))[n]));
+        if (seen.insert(colour).second) by_brightness[colour[0] + colour[1] + colour[2]].insert(colour);
+    }
+    if (seen.size() > most_regions) return {};
+    std::vector<PaletteColour> colours;
+    for (const auto& [brightness, alike] : by_brightness)
+        colours.insert(colours.end(), alike.begin(), alike.end());
+    return colours;
+}
+
+/// By value, or, of colours without a palette, a region to each colour.
 ControlField labels_of(const std::string& file) {
-    ControlField field = read_labels(file, any_labels());
+    ControlField field;
+    try {
+        field = read_labels(file, any_labels());
+    } catch (const InputError&) {
+        const std::vector<PaletteColour> colours = colours_of(file);
+        if (colours.empty()) throw;
+        field = read_labels(file, colours);
+    }
     field.regions = 1 + *std::max_element(field.labels.begin(), field.labels.end());
     return field;
 }
@@ -189,8 +222,9 @@ void add_control_options(CLI::App& command, CompoundFitArguments& options) {
                "of the clusters' first centres (default: 0)")
         ->group(group);
     command
-        .add_option("--labels", options.labels,
-                    "the control field instead: a picture whose values are labels from 0 on")
+        .add_option(
+            "--labels", options.labels,
+            "the control field instead, of the picture's size: values from 0 on, or colours, darkest first")
         ->type_name("LABELS")
         ->group(group);
     command
@@ -332,7 +366,7 @@ void run_edit(const CompoundEditArguments& options) {
         throw UsageError("--from and --colour need --region");
     if (options.from.empty() && options.colour.empty() && !options.contrast)
         throw UsageError("nothing to edit: give --from, --colour or --contrast");
-    check_model_writable(options.output);
+    check_model_output(options.output);
     CompoundModel model = read_compound(options.model);
     if (!options.from.empty()) take_from(model, *options.region, options.from);
     if (!options.colour.empty()) {

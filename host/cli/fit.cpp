@@ -86,7 +86,7 @@ std::vector<FitJob> plan(const FitArguments& options) {
 }
 
 /// Textures of random fields are this far from pictures without shapes at most (docs/selection.md).
-constexpr double noticeable_structure = 0.08;
+constexpr double noticeable_structure = 0.07;
 
 /// What the chosen model loses, where that shows: see docs/selection.md. Nothing of a model that cannot be
 /// grown.

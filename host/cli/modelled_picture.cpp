@@ -23,14 +23,19 @@ bool is_picture_name(const std::filesystem::path& path) {
 
 }  // namespace
 
+void check_model_output(const std::filesystem::path& output) {
+    if (is_picture_name(output))
+        throw InputError("write the model '" + output.string() + "'", "that is the name of a picture",
+                         "end the name in .json or .btfm");
+    check_model_writable(output);
+}
+
 void check_model_output(const std::filesystem::path& output, const std::filesystem::path& picture) {
-    const std::string asked = "write the model '" + output.string() + "'";
     std::error_code error;
     if (std::filesystem::equivalent(output, picture, error))
-        throw InputError(asked, "that is the picture", "give the model a name of its own");
-    if (is_picture_name(output))
-        throw InputError(asked, "that is the name of a picture", "end the name in .json or .btfm");
-    check_model_writable(output);
+        throw InputError("write the model '" + output.string() + "'", "that is the picture",
+                         "give the model a name of its own");
+    check_model_output(output);
 }
 
 Provenance provenance_of(const std::filesystem::path& path, const Picture& picture) {

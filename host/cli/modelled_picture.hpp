@@ -10,7 +10,10 @@
 
 namespace btfield::cli {
 
-/// Refuses what would overwrite a picture, and what cannot be written, before any work is done.
+/// Refuses names of pictures, and what cannot be written, before any work is done.
+/// \throws InputError
+void check_model_output(const std::filesystem::path& output);
+/// And what would overwrite this picture.
 /// \throws InputError
 void check_model_output(const std::filesystem::path& output, const std::filesystem::path& picture);
 

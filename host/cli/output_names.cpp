@@ -30,4 +30,14 @@ bool is_output_folder(const std::string& option, const std::string& output, cons
                      (several.empty() ? "" : ", as " + several + " need") + "; make one of that name");
 }
 
+void check_labels_output(const std::filesystem::path& labels, std::span<const std::filesystem::path> others) {
+    if (labels.empty()) return;
+    if (lower_extension(labels) != ".png")
+        throw UsageError("--save-labels: '" + labels.string() + "' does not end in .png");
+    std::error_code error;
+    for (const std::filesystem::path& other : others)
+        if (labels == other || std::filesystem::equivalent(labels, other, error))
+            throw UsageError("--save-labels: '" + labels.string() + "' is read or written already");
+}
+
 }  // namespace btfield::cli

@@ -4,6 +4,7 @@
 /// Names of pictures and of outputs.
 
 #include <filesystem>
+#include <span>
 #include <string>
 
 namespace btfield::cli {
@@ -20,5 +21,10 @@ namespace btfield::cli {
 /// \throws UsageError when it has to be one, for that or because its name ends in '/', and is none
 [[nodiscard]] bool is_output_folder(const std::string& option, const std::string& output,
                                     const std::string& several = {});
+
+/// Refuses a label picture that has no name of its own, or none that ends in .png; empty: there is none.
+/// \param others files that are read or written
+/// \throws UsageError
+void check_labels_output(const std::filesystem::path& labels, std::span<const std::filesystem::path> others);
 
 }  // namespace btfield::cli

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -114,6 +115,8 @@ void read_texture_job(const SynthArguments& options, SynthJob& job) {
 std::vector<SynthJob> plan(const SynthArguments& options) {
     const bool folder =
         is_output_folder("--output", options.output, options.models.size() > 1 ? "several models" : "");
+    if (options.models.size() > 1 && !(options.labels_output.empty() && options.control.empty()))
+        throw UsageError("--control and --save-labels go with one model");
     const int count = options.count.value_or(1);
     std::vector<SynthJob> jobs;
     std::set<fs::path> names;
@@ -134,6 +137,9 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             if (!options.labels_output.empty())
                 job.labels_outputs.push_back(options.count ? numbered(options.labels_output, i, count)
                                                            : fs::path(options.labels_output));
+            if (!job.labels_outputs.empty())
+                check_labels_output(job.labels_outputs.back(),
+                                    std::array<fs::path, 3>{job.outputs.back(), options.control, file});
         }
         jobs.push_back(std::move(job));
     }
@@ -146,13 +152,32 @@ void write_texture(SynthJob& job, std::size_t number, const Image& texture) {
     job.write += writing.seconds();
 }
 
+/// Whether a field that somebody painted goes on across its edges: labels change there no more often than
+/// inside.
+bool continues(const ControlField& field) {
+    const auto height = static_cast<std::size_t>(field.size.height);
+    const auto width = static_cast<std::size_t>(field.size.width);
+    const auto changes = [&](std::size_t a, std::size_t b) {
+        return field.labels[a] != field.labels[b] ? 1.0 : 0.0;
+    };
+    double inside = 0.0, down = 0.0, across = 0.0;
+    for (std::size_t r = 0; r < height; ++r) {
+        across += changes(r * width, r * width + width - 1) / static_cast<double>(height);
+        for (std::size_t c = 0; c + 1 < width; ++c) inside += changes(r * width + c, r * width + c + 1);
+    }
+    for (std::size_t c = 0; c < width; ++c)
+        down += changes(c, (height - 1) * width + c) / static_cast<double>(width);
+    const double usual = inside / static_cast<double>(height * std::max<std::size_t>(1, width - 1));
+    return std::max(across, down) <= 1.25 * usual + 0.02;
+}
+
 void grow_compound(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
                    double share) {
     const Stopwatch total, setup;
     const auto& model = std::get<CompoundModel>(job.model);
     CompoundSynthesiser synthesiser(device, model, job.size, options.synthesis.allow_invalid);
     job.setup += setup.seconds();
-    job.tileable = synthesiser.tileable();
+    job.tileable = synthesiser.tileable() && (!job.control || continues(*job.control));
     job.lattice = synthesiser.lattice();
     job.shares.assign(model.regions.size(), 0.0);
     for (std::size_t i = 0; i < job.seeds.size(); ++i) {
@@ -202,6 +227,8 @@ std::string tiling_text(const SynthJob& job, SynthesisMethod method) {
     if (job.tileable) return "Opposite edges continue each other: it tiles.";
     if (method == SynthesisMethod::raster)
         return "It does not tile: a raster recursion has borders (--method torus has none).";
+    if (job.lattice == job.size)
+        return "It does not tile: the control field's edges do not continue each other.";
     std::string text = "It does not tile: ";
     text += detail::text_of(job.size) + " is cut out of " + detail::text_of(job.lattice);
     text += ", which would tile";

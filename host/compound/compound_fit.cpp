@@ -22,6 +22,7 @@ namespace {
 using std::size_t;
 
 constexpr int smallest_side = 16;  // the roller's
+constexpr int fewest_labelled = 32;
 
 void check_picture(const Image& image) {
     const std::string asked = "fit a compound model to a picture of " + text_of(image.size());
@@ -58,6 +59,14 @@ Clustering control_of(const Image& image, const CompoundOptions& options) {
                              "there are " + std::to_string(labels.regions) + " regions, and label " +
                                  std::to_string(k) + " is nowhere",
                              "number the regions from 0 on without gaps");
+    for (size_t k = 0; k < present.size(); ++k)
+        if (present[k] * static_cast<double>(labels.labels.size()) < fewest_labelled)
+            throw InputError(
+                asked,
+                "region " + std::to_string(k) + " has " +
+                    std::to_string(std::lround(present[k] * static_cast<double>(labels.labels.size()))) +
+                    " pixels, too few to have a mean and a variance",
+                "give each region " + std::to_string(fewest_labelled) + " or more");
     return {labels, {}};
 }
 

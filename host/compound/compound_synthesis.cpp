@@ -23,12 +23,14 @@ using std::size_t;
 
 std::vector<const TextureModel*> residuals_of(const CompoundModel& model) {
     std::vector<const TextureModel*> residuals;
+    residuals.reserve(model.regions.size());
     for (const CompoundRegion& region : model.regions) residuals.push_back(&region.residual);
     return residuals;
 }
 
 MeanWeights weights_of(const CompoundModel& model) {
     MeanWeights weights{model.mean, {}};
+    weights.regions.reserve(model.regions.size());
     for (const CompoundRegion& region : model.regions) weights.regions.push_back(region.weights);
     return weights;
 }

@@ -64,12 +64,14 @@ class SmoothedPlane {
         const auto width = static_cast<size_t>(size_.width);
         std::array<const float*, 5> lines;
         for (int r = 0; r < size_.height; ++r) {
-            for (int t = -2; t <= 2; ++t)
-                lines[static_cast<size_t>(t + 2)] =
-                    values_.data() + around(r + t * step, size_.height) * width;
+            int tap = r - 2 * step;
+            for (const float*& of : lines) {
+                of = values_.data() + around(tap, size_.height) * width;
+                tap += step;
+            }
             combine_context_lines(lines, taps, other_.data() + static_cast<size_t>(r) * width, width);
         }
-        const auto reach = static_cast<size_t>(2 * step);
+        const size_t reach = 2 * static_cast<size_t>(step);
         std::vector<float> line(width + 2 * reach);
         for (int r = 0; r < size_.height; ++r) {
             const float* from = other_.data() + static_cast<size_t>(r) * width;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "host/cl/device_impl.hpp"
 #include "host/compound/conditional_mean.hpp"
 #include "host/compound/label_lattice.hpp"
+#include "host/roller/features.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -23,9 +25,14 @@ using std::size_t;
 constexpr int smallest_halved_side = 128;
 /// Directions of colour with less than this share of the variance do not decide where cuts run.
 constexpr double smallest_compared_share = 0.05;
-/// Of 64, 80, 96, 112 and 128 pixels, patches of labels of up to 96 kept the shapes of five materials best:
-/// larger ones come too seldom for that.
-constexpr int largest_block = 96;
+/// Where the roller would take larger patches, structures are so large that few of these fit: those of 64
+/// pixels come more evenly, which keeps shares and shapes better (of 64, 80, 96, 128, 192 and 256 pixels on
+/// moss and rock).
+constexpr int largest_block = 96, smaller_block = 64;
+/// Shares of regions are to be the sample's to this much; of quilts that are not, the nearest is taken. One is
+/// enough unless structures are as large as the sample.
+constexpr double tolerated_share = 0.015;
+constexpr std::uint64_t most_attempts = 6;
 /// A tile is continued by this share of its sides, so that patches may lie across its edges.
 constexpr int continued_share = 4;
 
@@ -81,6 +88,7 @@ Image main_planes(const Image& image) {
 Image looks(Device& device, const CompoundModel& model, const ControlField& sample) {
     DeviceImpl& impl = device.impl();
     MeanWeights weights{model.mean, {}};
+    weights.regions.reserve(model.regions.size());
     for (const CompoundRegion& region : model.regions) weights.regions.push_back(region.weights);
     const Buffer labels = impl.upload(sample.labels);
     const DevicePlanes mean = ConditionalMean(impl, weights).of(labels, sample.size);
@@ -102,6 +110,7 @@ ControlField control_tile(Device& device, const ControlField& field, const Image
     const std::array<Image, 1> compared{varies(mean) ? main_planes(mean) : mean};
     const SourceMap map = Roller(device, compared).tile(size);
     ControlField tile{size, field.regions, {}};
+    tile.labels.reserve(map.source.size());
     for (const std::uint32_t at : map.source) tile.labels.push_back(field.labels[at]);
     return tile;
 }
@@ -120,19 +129,35 @@ ControlGrowth::ControlGrowth(Device& device, const CompoundModel& model) : sampl
 }
 
 ControlField ControlGrowth::grow(Size size, std::uint64_t seed) {
-    ControlField result{size, sample_.regions, {}};
-    if (!roller_) {
-        result.labels.assign(area(size), sample_.labels.front());
-        return result;
+    if (!roller_)
+        return {size, sample_.regions, std::vector<std::uint8_t>(area(size), sample_.labels.front())};
+    const std::vector<double> wanted = shares(sample_);
+    ControlField best;
+    double least = 2.0;
+    for (std::uint64_t attempt = 0; attempt < most_attempts && least > tolerated_share; ++attempt) {
+        ControlField field = rolled(size, attempt == 0 ? seed : draw(seed, attempt));
+        const std::vector<double> own = shares(field);
+        double largest = 0.0;
+        for (size_t k = 0; k < own.size(); ++k) largest = std::max(largest, std::abs(own[k] - wanted[k]));
+        if (largest < least) {
+            least = largest;
+            best = std::move(field);
+        }
     }
+    return best;
+}
+
+ControlField ControlGrowth::rolled(Size size, std::uint64_t seed) {
     // Of an odd side the roller lays one pixel more, which is cut off: only where the side is odd, the field
     // has a step at the edge.
     const auto reduced = [&](int side) { return (side + scale_ - 1) / scale_; };
-    const Size rolled{std::max(16, reduced(size.height)), std::max(16, reduced(size.width))};
     RollerOptions options;
     options.seed = seed;
-    options.block = std::min(roller_->default_block(), largest_block / scale_);
-    const SourceMap map = roller_->quilt(rolled, options);
+    const int block = roller_->default_block() * scale_;
+    options.block = (block > largest_block ? smaller_block : block) / scale_;
+    const SourceMap map =
+        roller_->quilt({std::max(16, reduced(size.height)), std::max(16, reduced(size.width))}, options);
+    ControlField result{size, sample_.regions, {}};
     result.labels.reserve(area(size));
     const auto n = static_cast<size_t>(scale_), width = static_cast<size_t>(sample_.size.width);
     for (size_t r = 0; r < static_cast<size_t>(size.height); ++r)

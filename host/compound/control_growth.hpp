@@ -21,10 +21,13 @@ class ControlGrowth {
   public:
     ControlGrowth(Device& device, const CompoundModel& model);
 
+    /// A quilt, or of a few that of the sample's shares of regions: P1's figure is 3 % (theory 18.2).
     /// \param size sides of at least 16
     [[nodiscard]] ControlField grow(Size size, std::uint64_t seed);
 
   private:
+    [[nodiscard]] ControlField rolled(Size size, std::uint64_t seed);
+
     ControlField sample_;  ///< a tile is continued beyond its edges
     int scale_ = 1;        ///< pixels of the sample to one of what the roller compares
     std::optional<Roller> roller_;

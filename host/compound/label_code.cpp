@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <initializer_list>
 #include <limits>
@@ -20,8 +21,10 @@ using std::size_t;
 
 constexpr int one = 65536;
 constexpr int largest_logit = 2047;
-constexpr size_t context_models = 7, table_bits = 16;
-constexpr int least_known = 255;  ///< decisions after which a probability adapts no more slowly
+constexpr size_t context_models = 7;
+constexpr int least_table_bits = 10, most_table_bits = 16;
+constexpr size_t mixer_sets = 8;
+constexpr int most_known = 255;  ///< decisions after which a probability adapts no more slowly
 constexpr int first_weight = one * 2 / 5, largest_weight = one * 16;
 constexpr int learning_shift = 15;
 constexpr int most_steps_told_apart = 7;
@@ -35,7 +38,8 @@ constexpr int probability_of_logit(int logit) {
                                         1921,  3108,  4971,  7812,  11955, 17625, 24743, 32768, 40793,
                                         47911, 53581, 57724, 60565, 62428, 63615, 64357, 64816, 65097,
                                         65269, 65374, 65438, 65476, 65500, 65514};
-    const auto place = static_cast<size_t>((logit >> 7) + 16);
+    const int step = (logit >> 7) + 16;
+    const auto place = static_cast<size_t>(step);
     const int beyond = logit & 127;
     return (table[place] * (128 - beyond) + table[place + 1] * beyond + 64) >> 7;
 }
@@ -133,7 +137,7 @@ struct LabelContext {
         north_north = row > 1 ? *above(2) : north;
         north_north_east = row > 1 && column + 1 < size.width ? above(2)[1] : north_east;
     }
-    /// Which of the nearest are the same: 0 to 7.
+    /// Which of the nearest are the same, below mixer_sets.
     [[nodiscard]] size_t pattern() const {
         return (west == north ? 1U : 0U) + (north == north_east ? 2U : 0U) + (north == north_west ? 4U : 0U);
     }
@@ -164,6 +168,12 @@ std::array<std::uint32_t, context_models> LabelContext::hashes() const {
 /// Probabilities of decisions, learnt from those before.
 class LabelModel {
   public:
+    explicit LabelModel(size_t pixels)
+        : table_bits_(
+              std::clamp(static_cast<int>(std::bit_width(pixels)) + 1, least_table_bits, most_table_bits)),
+          tables_(context_models, std::vector<Probability>(size_t{1} << table_bits_)),
+          mixers_(mixer_sets * decisions, initial_weights()) {}
+
     /// Codes a decision, which the decoder does not know yet.
     template <class Coder>
     bool code(Coder& coder, bool bit, size_t decision) {
@@ -192,7 +202,7 @@ class LabelModel {
             std::uint32_t hash =
                 (hashes_[m] + static_cast<std::uint32_t>(decision) * 0x9e3779b1U) * 0x85ebca6bU;
             hash = (hash ^ hash >> 15) * 0xc2b2ae35U;
-            chosen_[m] = &tables_[m][hash >> (32 - table_bits)];
+            chosen_[m] = &tables_[m][hash >> (32 - table_bits_)];
             inputs_[m] = logits[chosen_[m]->value >> 4];
             sum += std::int64_t{(*weights_)[m]} * inputs_[m];
         }
@@ -208,19 +218,20 @@ class LabelModel {
         for (Probability* p : chosen_) {
             const int left = (bit ? one - 1 : 0) - p->value;
             p->value = static_cast<std::uint16_t>(p->value + left * 2 / (2 * p->known + 3));
-            p->known = static_cast<std::uint16_t>(std::min(p->known + 1, least_known));
+            p->known = static_cast<std::uint16_t>(std::min(p->known + 1, most_known));
         }
     }
 
-    std::vector<std::vector<Probability>> tables_{context_models,
-                                                  std::vector<Probability>(size_t{1} << table_bits)};
-    std::vector<Weights> mixers_{8 * decisions, initial_weights()};
     static Weights initial_weights() {
         Weights weights;
         weights.fill(first_weight);
         weights.back() = 0;
         return weights;
     }
+
+    int table_bits_;
+    std::vector<std::vector<Probability>> tables_;
+    std::vector<Weights> mixers_;
     std::array<std::uint32_t, context_models> hashes_{};
     size_t pattern_ = 0;
     std::array<Probability*, context_models> chosen_{};
@@ -253,7 +264,7 @@ int code_other_label(Coder& coder, LabelModel& model, const LabelContext& contex
 /// The same for both coders: an encoder is told the labels, a decoder tells them.
 template <class Coder>
 void code_labels(Coder& coder, Size size, int regions, std::span<std::uint8_t> labels) {
-    LabelModel model;
+    LabelModel model(labels.size());
     size_t i = 0;
     for (int row = 0; row < size.height; ++row)
         for (int column = 0; column < size.width; ++column, ++i) {

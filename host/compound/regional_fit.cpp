@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "btfield/error.hpp"
@@ -239,7 +238,7 @@ class RegionalEstimator {
 
     /// Models of one level, one to each region.
     [[nodiscard]] std::vector<LevelModel> fit(const RegionalLevel& data, size_t depth,
-                                              std::set<std::string>& reasons) const {
+                                              std::vector<std::string>& reasons) const {
         const bool averages = family(local_->model) == Family::ma;
         std::array<std::vector<LagCovariance>, 2> statistics;
         auto& pairs = statistics[static_cast<size_t>(PairCount::pairs)];
@@ -248,6 +247,7 @@ class RegionalEstimator {
         std::optional<LevelModel> all;
         std::vector<LevelModel> models(static_cast<size_t>(regions_));
         std::vector<int> own;
+        std::string small;
         for (int k = 0; k < regions_; ++k) {
             if (data.counts[static_cast<size_t>(k)] >= needed(data)) {
                 own.push_back(k);
@@ -255,10 +255,11 @@ class RegionalEstimator {
             }
             if (!all) all = fit_all(data);
             models[static_cast<size_t>(k)] = *all;
-            reasons.insert("region " + std::to_string(k) + " has " +
-                           std::to_string(data.counts[static_cast<size_t>(k)]) + " pixels at level " +
-                           std::to_string(depth) + ", too few for a model: it has that of all regions");
+            small += (small.empty() ? "" : ", ") + std::to_string(k);
         }
+        if (!small.empty())
+            reasons.push_back("at level " + std::to_string(depth) + " regions with fewer than " +
+                              std::to_string(needed(data)) + " pixels have the model of all: " + small);
         const auto one = [&](int n) {
             const int k = own[static_cast<size_t>(n)];
             models[static_cast<size_t>(k)] =
@@ -333,6 +334,7 @@ std::vector<Eigen::MatrixXd> grown_covariances(Device& device, const ControlFiel
                                                const std::vector<TextureModel>& residuals) {
     DeviceImpl& impl = device.impl();
     std::vector<const TextureModel*> regions;
+    regions.reserve(residuals.size());
     for (const TextureModel& residual : residuals) regions.push_back(&residual);
     RegionalFields fields(impl, regions, field.size);
     const Buffer labels = impl.upload(on_lattice(field, fields.layout().lattice).labels);
@@ -406,16 +408,14 @@ RegionalFit fit_regions(Device& device, const Image& residual, const ControlFiel
     std::vector<Image> pyramid = levels > 1 ? decompose(device, planes.planes, levels, local.factor)
                                             : std::vector<Image>{planes.planes};
     const RegionalEstimator estimator(field, local, support);
-    std::set<std::string> reasons;
     int step = 1;
     for (size_t l = 0; l < pyramid.size(); ++l, step *= local.factor) {
         RegionalLevel data{std::move(pyramid[l]), {}, std::vector<size_t>(pixels.size(), 0)};
         data.labels = coarse_labels(field, step);
         for (const std::uint8_t label : data.labels) ++data.counts[label];
-        std::vector<LevelModel> models = estimator.fit(data, l, reasons);
+        std::vector<LevelModel> models = estimator.fit(data, l, result.reasons);
         for (size_t k = 0; k < models.size(); ++k) result.residuals[k].levels.push_back(std::move(models[k]));
     }
-    result.reasons.assign(reasons.begin(), reasons.end());
     calibrate(device, planes.planes, field, result.residuals);
     return result;
 }

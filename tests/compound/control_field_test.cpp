@@ -7,10 +7,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <set>
+#include <span>
 #include <string>
-#include <utility>
+#include <vector>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
@@ -32,6 +32,11 @@ using std::size_t;
 using Colour = std::array<float, 3>;
 
 const std::string data = BTFIELD_TEST_DATA;
+
+/// More pixels than centres are searched on.
+Image rock() {
+    return read_picture(data + "/rock.png", Crop{0, 0, 128, 128}).image;
+}
 
 /// From the darkest to the lightest, far from each other and not on one line.
 constexpr std::array<Colour, 7> colours{{{0.05F, 0.05F, 0.1F},
@@ -132,14 +137,14 @@ TEST(Cluster, ValuesAsTheyAreShowEveryPixel) {
 
 TEST(Cluster, SmoothedColoursShowRegions) {
     for (const ColourSpace space : {ColourSpace::srgb, ColourSpace::linear, ColourSpace::unspecified}) {
-        const ControlField field = stripes(7, 600, 20);
+        const ControlField field = stripes(7, 450, 20);
         const Clustering found = cluster(painted(field, colours, 0.04, space), with(7));
         EXPECT_GE(agreement(found.field, field), 0.999) << name(space);
     }
 }
 
 TEST(Cluster, RegionsAreNumberedFromTheDarkest) {
-    const Image picture = read_picture(data + "/rock.png").image;
+    const Image picture = rock();
     for (const ClusterSpace space : {ClusterSpace::lab, ClusterSpace::rgb, ClusterSpace::planes}) {
         const ControlField field = cluster(picture, with(9, space)).field;
         check(field);
@@ -159,7 +164,7 @@ TEST(Cluster, RegionsAreNumberedFromTheDarkest) {
 }
 
 TEST(Cluster, SpacesDiffer) {
-    const Image picture = read_picture(data + "/rock.png").image;
+    const Image picture = rock();
     const ControlField lab = cluster(picture, with(6, ClusterSpace::lab)).field;
     EXPECT_EQ(cluster(picture, with(6)).field.labels, lab.labels);
     for (const ClusterSpace space : {ClusterSpace::rgb, ClusterSpace::planes})
@@ -190,7 +195,7 @@ TEST(Cluster, PlanesCountByTheirDeviations) {
 }
 
 TEST(Cluster, ScalesOfValuesDoNotMatter) {
-    const Image picture = read_picture(data + "/rock.png").image;
+    const Image picture = rock();
     for (const ClusterSpace space : {ClusterSpace::rgb, ClusterSpace::planes}) {
         const ControlField field = cluster(picture, with(5, space)).field;
         for (const float scale : {0x1p-90F, 0x1p100F}) {
@@ -215,7 +220,7 @@ TEST(Cluster, RarePixelsAreFound) {
 }
 
 TEST(Cluster, SeedsAgree) {
-    const Image picture = read_picture(data + "/rock.png").image;
+    const Image picture = rock();
     const ControlField field = cluster(picture, with(8)).field;
     EXPECT_EQ(cluster(picture, with(8)).field.labels, field.labels);
     for (const std::uint64_t seed : {1U, 2U})
@@ -224,7 +229,7 @@ TEST(Cluster, SeedsAgree) {
 
 TEST(Cluster, AnyShape) {
     for (const Size size :
-         {Size{1, 1}, Size{1, 40}, Size{40, 1}, Size{2, 3}, Size{1, 300001}, Size{300001, 1}}) {
+         {Size{1, 1}, Size{1, 40}, Size{40, 1}, Size{2, 3}, Size{1, 270001}, Size{270001, 1}}) {
         Image image(size, 2);
         for (int p = 0; p < 2; ++p)
             for (size_t i = 0; i < area(size); ++i) image.plane(p)[i] = static_cast<float>(i * 7 % 41);
@@ -254,7 +259,7 @@ TEST(ClusterNumber, IsThatOfTheColoursUnderNoise) {
 }
 
 TEST(ClusterNumber, FollowsTheOptions) {
-    const Image picture = read_picture(data + "/rock.png").image;
+    const Image picture = rock();
     const auto regions = [&](int most, double divergence, size_t pixels) {
         ClusterOptions options;
         options.most = most;
@@ -270,7 +275,7 @@ TEST(ClusterNumber, FollowsTheOptions) {
     EXPECT_EQ(regions(1, 0.0, 0), 1);
     EXPECT_EQ(regions(32, 0.0, 0), 32);
     EXPECT_EQ(regions(12, 1e9, 0), 1);
-    EXPECT_LT(regions(12, 0.0, 12000), 6);
+    EXPECT_LT(regions(12, 0.0, 3000), 6);
     EXPECT_LT(regions(12, 1.0, 0), regions(12, 0.25, 0));
 }
 
@@ -391,7 +396,7 @@ TEST(ClusterFeatures, SmoothingIsAGaussianThatKeepsEdges) {
 }
 
 TEST(ClusterSample, PartsHaveThePicturesMean) {
-    const Image picture = read_picture(data + "/rock.png").image;
+    const Image picture = rock();
     const PixelPlanes planes = cluster_features_of(picture, ClusterSpace::rgb);
     const PixelPlanes sample = cluster_sample(planes, picture.size());
     ASSERT_EQ(sample.pixels, 4096U);
@@ -414,6 +419,27 @@ TEST(ClusterSample, PartsHaveThePicturesMean) {
     }
     EXPECT_LT(inside, 0.01 * all);
     EXPECT_GT(inside, 0.0);
+}
+
+TEST(ClusterSample, PartsAreCutWhereTheySpread) {
+    PixelPlanes planes(2, 16384);
+    for (size_t i = 0; i < planes.pixels; ++i) {
+        planes.plane(0)[i] = static_cast<float>(i % 7) * 1e-5F;
+        planes.plane(1)[i] = static_cast<float>(i * 4099 % 16384);
+    }
+    const PixelPlanes sample = cluster_sample(planes, {128, 128});
+    std::vector<float> means(sample.plane(1), sample.plane(1) + sample.pixels);
+    std::ranges::sort(means);
+    for (size_t k = 0; k < means.size(); ++k) EXPECT_EQ(means[k], static_cast<float>(4 * k) + 1.5F);
+}
+
+TEST(KMeans, EmptyRegionsGetTheFarthestPixels) {
+    PixelPlanes planes(1, 10000);
+    for (size_t i = 0; i < 5; ++i) planes.plane(0)[i * 100 + 7] = static_cast<float>(i + 1);
+    const std::vector<std::uint8_t> labels = k_means_labels(planes, std::vector<float>(6), 6, 0);
+    EXPECT_EQ(std::set<int>(labels.begin(), labels.end()).size(), 6U);
+    const std::vector<std::uint8_t> few = k_means_labels(planes, std::vector<float>(9), 9, 0);
+    EXPECT_EQ(std::set<int>(few.begin(), few.end()).size(), 6U);
 }
 
 TEST(RegionDistances, AreDivergencesOfNormals) {
