@@ -29,8 +29,8 @@ constexpr double smallest_compared_share = 0.05;
 /// pixels come more evenly, which keeps shares and shapes better (of 64, 80, 96, 128, 192 and 256 pixels on
 /// moss and rock).
 constexpr int largest_block = 96, smaller_block = 64;
-/// Shares of regions are to be the sample's to this much; of quilts that are not, the nearest is taken. One is
-/// enough unless structures are as large as the sample.
+/// Shares of regions are to be the sample's to this much; of quilts that are not, the nearest is taken. One
+/// is enough unless structures are as large as the sample.
 constexpr double tolerated_share = 0.015;
 constexpr std::uint64_t most_attempts = 6;
 /// A tile is continued by this share of its sides, so that patches may lie across its edges.
