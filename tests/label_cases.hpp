@@ -17,8 +17,11 @@ inline ControlField patchy_labels(Size size, int regions, unsigned seed = 3) {
     std::mt19937 generator(seed);
     const auto below = [&](int n) { return static_cast<int>(generator() % static_cast<unsigned>(n)); };
     std::vector<std::pair<int, int>> centres;
-    for (int patch = 0; patch < 2 * regions; ++patch)
-        centres.emplace_back(below(size.height), below(size.width));
+    for (int patch = 0; patch < 2 * regions; ++patch) {
+        // One after the other: compilers are free to draw arguments in any order.
+        const int column = below(size.width), row = below(size.height);
+        centres.emplace_back(row, column);
+    }
     const auto distance = [](int a, int b, int side) {
         const int d = a < b ? b - a : a - b;
         return d < side - d ? d : side - d;

@@ -28,16 +28,17 @@ TEST(CliInfo, SaysWhatWasChosenAndWhy) {
                                  here);
     ASSERT_EQ(fitted.code, 0) << fitted.err;
     const json object = test::parsed(fitted.out);
-    ASSERT_EQ(object["reasons"].size(), 3U) << object;
+    ASSERT_EQ(object["reasons"].size(), 4U) << object;
     const auto reason = [&](size_t k) { return object["reasons"][k].get<std::string>(); };
     EXPECT_EQ(reason(0).rfind("model kappa(256) ", 0), 0U) << reason(0);
     EXPECT_NE(reason(0).find(object["model"].get<std::string>() + ": BIC "), std::string::npos) << reason(0);
     EXPECT_EQ(reason(1).rfind(std::to_string(object["levels"].size()) + " level", 0), 0U) << reason(1);
     EXPECT_EQ(reason(2).rfind("order ", 0), 0U) << reason(2);
+    EXPECT_EQ(reason(3).rfind("structure_distance ", 0), 0U) << reason(3);  // grains have shapes
 
     const Ended text = btfield({"info", "m.json"}, here);
     ASSERT_EQ(text.code, 0) << text.err;
-    for (size_t k = 0; k < 3; ++k) EXPECT_NE(text.out.find(reason(k)), std::string::npos) << text.out;
+    for (size_t k = 0; k < 4; ++k) EXPECT_NE(text.out.find(reason(k)), std::string::npos) << text.out;
     const Ended info = btfield({"info", "m.json", "--json"}, here);
     ASSERT_EQ(info.code, 0) << info.err;
     EXPECT_EQ(test::parsed(info.out)["reasons"], object["reasons"]);
