@@ -314,6 +314,7 @@ std::vector<double> parse_colour(const std::string& text) {
         if (text.size() != 7) refuse();
         for (std::size_t at = 1; at < 7; at += 2) {
             int value = 0;
+            if (text[at] == '-') refuse();
             const auto [stop, error] = std::from_chars(text.data() + at, text.data() + at + 2, value, 16);
             if (error != std::errc{} || stop != text.data() + at + 2) refuse();
             colour.push_back(value / 255.0);

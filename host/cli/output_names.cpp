@@ -2,6 +2,7 @@
 
 #include <system_error>
 
+#include "btfield/image_io.hpp"
 #include "host/cli/command.hpp"
 
 namespace btfield::cli {
@@ -34,6 +35,7 @@ void check_labels_output(const std::filesystem::path& labels, std::span<const st
     if (labels.empty()) return;
     if (lower_extension(labels) != ".png")
         throw UsageError("--save-labels: '" + labels.string() + "' does not end in .png");
+    check_writable(labels, 3, PixelType::uint8);
     std::error_code error;
     for (const std::filesystem::path& other : others)
         if (labels == other || std::filesystem::equivalent(labels, other, error))

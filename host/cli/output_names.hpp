@@ -25,6 +25,7 @@ namespace btfield::cli {
 /// Refuses a label picture that has no name of its own, or none that ends in .png; empty: there is none.
 /// \param others files that are read or written
 /// \throws UsageError
+/// \throws InputError when it cannot be written
 void check_labels_output(const std::filesystem::path& labels, std::span<const std::filesystem::path> others);
 
 }  // namespace btfield::cli

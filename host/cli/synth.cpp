@@ -134,6 +134,9 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             if (!names.insert(job.outputs.back()).second)
                 throw UsageError("two models would have the texture '" + job.outputs.back().string() + "'");
             check_writable(job.outputs.back(), planes_of(job), type_of(job));
+            std::error_code error;
+            if (fs::equivalent(job.outputs.back(), options.control, error))
+                throw UsageError("--control: '" + options.control + "' would be written over");
             if (!options.labels_output.empty())
                 job.labels_outputs.push_back(options.count ? numbered(options.labels_output, i, count)
                                                            : fs::path(options.labels_output));
@@ -171,6 +174,18 @@ bool continues(const ControlField& field) {
     return std::max(across, down) <= 1.25 * usual + 0.02;
 }
 
+/// The part of a lattice's field that the texture of this size is cut out with.
+ControlField cut_out(const ControlField& field, Size size) {
+    ControlField result{size, field.regions, {}};
+    result.labels.reserve(area(size));
+    const auto width = static_cast<std::ptrdiff_t>(field.size.width);
+    for (int r = 0; r < size.height; ++r) {
+        const auto row = field.labels.begin() + r * width;
+        result.labels.insert(result.labels.end(), row, row + size.width);
+    }
+    return result;
+}
+
 void grow_compound(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
                    double share) {
     const Stopwatch total, setup;
@@ -187,10 +202,11 @@ void grow_compound(Device& device, const SynthArguments& options, SynthJob& job,
         const ControlField field = job.control ? *job.control : synthesiser.control_field(job.seeds[i]);
         const Image texture = synthesiser.synthesise(job.seeds[i], field);
         job.synthesis += synthesis.seconds();
-        const std::vector<double> own = shares(field);
+        const ControlField seen = cut_out(field, job.size);
+        const std::vector<double> own = shares(seen);
         for (std::size_t k = 0; k < own.size(); ++k) job.shares[k] += own[k];
         write_texture(job, i, texture);
-        if (!job.labels_outputs.empty()) write_labels(job.labels_outputs[i], field, palette(model));
+        if (!job.labels_outputs.empty()) write_labels(job.labels_outputs[i], seen, palette(model));
     }
     job.total += total.seconds();
 }
@@ -232,13 +248,14 @@ std::string tiling_text(const SynthJob& job, SynthesisMethod method) {
     std::string text = "It does not tile: ";
     text += detail::text_of(job.size) + " is cut out of " + detail::text_of(job.lattice);
     text += ", which would tile";
-    // Regions of an edited model may differ in their number of levels.
-    const TextureModel& model = std::holds_alternative<TextureModel>(job.model)
-                                    ? std::get<TextureModel>(job.model)
-                                    : std::get<CompoundModel>(job.model).regions.front().residual;
-    if (model.levels.size() > 1) {
-        text += " (sides that tile are multiples of " + std::to_string(model.factor) + "^" +
-                std::to_string(model.levels.size() - 1) + ")";
+    const TextureModel* model = std::get_if<TextureModel>(&job.model);
+    if (model == nullptr)  // regions of an edited model may differ in their number of levels
+        for (const CompoundRegion& region : std::get<CompoundModel>(job.model).regions)
+            if (model == nullptr || region.residual.levels.size() > model->levels.size())
+                model = &region.residual;
+    if (model->levels.size() > 1) {
+        text += " (sides that tile are multiples of " + std::to_string(model->factor) + "^" +
+                std::to_string(model->levels.size() - 1) + ")";
     }
     return text + ".";
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -26,8 +27,10 @@ void check_numbers(const std::vector<double>& values, size_t count, const std::s
     if (values.size() != count)
         refuse_compound(what + " has " + std::to_string(values.size()) + " numbers instead of " +
                         std::to_string(count));
-    if (!std::ranges::all_of(values, [](double v) { return std::isfinite(v); }))
-        refuse_compound(what + " is not finite");
+    // What textures are made with: float32.
+    constexpr double largest = std::numeric_limits<float>::max();
+    if (!std::ranges::all_of(values, [](double v) { return std::abs(v) <= largest; }))
+        refuse_compound(what + " is beyond the range of float32");
 }
 
 void check_region(const CompoundModel& model, const CompoundRegion& region, const std::string& where) {
@@ -97,6 +100,11 @@ std::vector<PaletteColour> palette(const CompoundModel& model) {
 void check(const CompoundModel& model) {
     if (model.planes < 1) refuse_compound("it has " + std::to_string(model.planes) + " planes");
     if (model.regions.empty()) refuse_compound("it has no region");
+    constexpr int largest_side = 16384;  // the roller's
+    if (std::min(model.size.height, model.size.width) < 1 ||
+        std::max({model.size.height, model.size.width, model.control.size.height, model.control.size.width}) >
+            largest_side)
+        refuse_compound("its picture is " + text_of(model.size) + " pixels");
     try {
         check(model.control);
     } catch (const InputError& error) {

@@ -21,7 +21,7 @@ namespace {
 
 using std::size_t;
 
-constexpr int smallest_side = 16;  // the roller's
+constexpr int smallest_side = 16, largest_side = 16384;  // the roller's
 constexpr int fewest_labelled = 32;
 
 void check_picture(const Image& image) {
@@ -31,6 +31,9 @@ void check_picture(const Image& image) {
     if (std::min(image.height(), image.width()) < smallest_side)
         throw InputError(asked, "a side is below " + std::to_string(smallest_side) + " pixels",
                          "give a larger picture");
+    if (std::max(image.height(), image.width()) > largest_side)
+        throw InputError(asked, "a side is above " + std::to_string(largest_side) + " pixels",
+                         "give a part of the picture");
     bool varies = false;
     for (int p = 0; p < image.planes(); ++p)
         for (const float v : image.plane(p)) {
@@ -44,7 +47,14 @@ void check_picture(const Image& image) {
 }
 
 Clustering control_of(const Image& image, const CompoundOptions& options) {
-    if (!options.labels) return cluster(image, options.clusters);
+    if (!options.labels) {
+        Clustering found = cluster(image, options.clusters);
+        const std::vector<double> share = shares(found.field);
+        if (*std::ranges::min_element(share) * static_cast<double>(found.field.labels.size()) < 1.5)
+            throw InputError("fit a compound model with " + std::to_string(found.field.regions) + " regions",
+                             "one of them has a single pixel", "use fewer regions");
+        return found;
+    }
     const ControlField& labels = *options.labels;
     check(labels);
     const std::string asked = "fit a compound model to these labels";

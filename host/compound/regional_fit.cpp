@@ -139,8 +139,9 @@ Image single_plane(const Image& image, int p) {
     return own;
 }
 
-/// White noise of these covariances, for regions in which random decrement finds nothing to average.
-MaModel white_noise(const LagCovariance& statistic) {
+/// White noise of these covariances, for regions in which random decrement finds nothing to average, or no
+/// noise that would do.
+MaModel white_noise(const LagCovariance& statistic, NoiseForm noise) {
     MaModel model;
     model.planes = statistic.planes();
     model.kind = NeighbourhoodKind::custom;
@@ -149,7 +150,7 @@ MaModel white_noise(const LagCovariance& statistic) {
     for (int i = 0; i < model.planes; ++i)
         for (int j = 0; j < model.planes; ++j) {
             model.coefficients.push_back(i == j ? 1.0 : 0.0);
-            model.noise_covariance.push_back(covariance(i, j));
+            model.noise_covariance.push_back(i == j || noise == NoiseForm::full ? covariance(i, j) : 0.0);
         }
     return model;
 }
@@ -172,9 +173,12 @@ LevelModel fit_averages(const RegionalLevel& data, const LagCovariance& statisti
         try {
             model = fit_ma(apart ? single_plane(data.image, p) : data.image, own, support, local.noise,
                            local.moving_average, inside);
+            for (int i = 0; i < model.planes; ++i)
+                if (!(model.noise_covariance[static_cast<size_t>(i * model.planes + i)] > 0.0))
+                    model = white_noise(own, local.noise);
         } catch (const InputError&) {
             if (inside.empty()) throw;
-            model = white_noise(own);
+            model = white_noise(own, local.noise);
         }
         for (double& a : model.coefficients) a = static_cast<double>(static_cast<float>(a));
         const Certificate certificate = examine(Model(model), own).certificate;
@@ -304,7 +308,7 @@ int levels_of(Size size, const FitOptions& local, const Support& support) {
     const int wanted = local.levels > 0 ? local.levels : usual_levels;
     int fitting = 0;
     for (const Size level : pyramid_sizes(size, wanted, local.factor)) {
-        const int least = local.levels > 0 ? 0 : 16;
+        const int least = local.levels > 0 || fitting == 0 ? 0 : 16;
         if (level.height <= std::max(least, 2 * reach.row) ||
             level.width <= std::max(least, 2 * reach.column))
             break;

@@ -92,6 +92,25 @@ TEST_F(CliCompound, LabelsOfOnesOwn) {
     EXPECT_FALSE(std::filesystem::exists(at("x.json")));
 }
 
+// Nothing that is read, or written otherwise, is written over.
+TEST_F(CliCompound, LabelsHaveANameOfTheirOwn) {
+    (void)fitted("bark.json", {"--save-labels", at("l.png")});
+    const std::string labels = test::bytes_of(at("l.png"));
+    for (const std::string& name : {at("t.png"), at("l.png"), at("none/l.png"), at("l.jpg")}) {
+        const Ended ended = btfield(
+            {"synth", at("bark.json"), "-o", at("t.png"), "--control", at("l.png"), "--save-labels", name});
+        EXPECT_NE(ended.code, 0) << name;
+        EXPECT_FALSE(std::filesystem::exists(at("t.png"))) << name;
+    }
+    EXPECT_EQ(test::bytes_of(at("l.png")), labels);
+    expect_failure({"compound", "edit", at("bark.json"), "-o", at("l.png"), "--contrast", "2"}, 1,
+                   "name of a picture");
+    // Labels of a texture that is cut out of a larger lattice have its size.
+    (void)expect_object(
+        {"synth", at("bark.json"), "-o", at("odd.png"), "--size", "37x41", "--save-labels", at("odd-l.png")});
+    EXPECT_EQ(read_picture(at("odd-l.png")).image.size(), (Size{41, 37}));
+}
+
 TEST_F(CliCompound, Edits) {
     (void)fitted("bark.json");
     (void)fitted("rock.json", {}, "/rock.png");

@@ -302,6 +302,18 @@ TEST(Compound, TwoColours) {
     EXPECT_LT(sum / static_cast<double>(texture.values().size()), 0.02);
 }
 
+TEST(Compound, SmallestPictures) {
+    for (const Size size : {Size{16, 16}, Size{17, 16}, Size{16, 70}}) {
+        const CompoundModel model = fit_compound(test::default_device(), test::mixed_texture(size, 3, 2));
+        EXPECT_EQ(CompoundSynthesiser(test::default_device(), model, {32, 32}).synthesise(1).size(),
+                  (Size{32, 32}));
+    }
+    CompoundOptions diagonal;
+    diagonal.local.noise = NoiseForm::diagonal;
+    const Image image = read_picture(data + "/bark.png", Crop{0, 0, 96, 96}).image;
+    EXPECT_NO_THROW(check(fit_compound(test::default_device(), image, diagonal)));
+}
+
 TEST(Compound, Tile) {
     const Image image = read_picture(data + "/grass.png").image;
     CompoundOptions options;
