@@ -173,9 +173,9 @@ LevelModel fit_averages(const RegionalLevel& data, const LagCovariance& statisti
         try {
             model = fit_ma(apart ? single_plane(data.image, p) : data.image, own, support, local.noise,
                            local.moving_average, inside);
-            for (int i = 0; i < model.planes; ++i)
-                if (!(model.noise_covariance[static_cast<size_t>(i * model.planes + i)] > 0.0))
-                    model = white_noise(own, local.noise);
+            const size_t diagonal = static_cast<size_t>(model.planes) + 1;
+            for (size_t e = 0; e < model.noise_covariance.size(); e += diagonal)
+                if (!(model.noise_covariance[e] > 0.0)) model = white_noise(own, local.noise);
         } catch (const InputError&) {
             if (inside.empty()) throw;
             model = white_noise(own, local.noise);
