@@ -2,7 +2,7 @@
 # FILE:LINE: WHAT: WHY; the exit status is 1 when there is any. Bytes, not characters: run it with LC_ALL=C.
 #   - a "theory N.M" is a heading of docs/theory.md, and every document that is mentioned exists;
 #   - rooms include rooms that stand before them in BTFIELD_ROOMS of CMakeLists.txt, or themselves: see CONTRIBUTING.md;
-#   - the room cl alone speaks OpenCL; commands and experiments leave the code of pictures in the library;
+#   - the room cl alone speaks OpenCL; commands and experiments leave the code of pictures, and what uses it, in the library;
 #   - \param, \return and \throws begin their lines; comments end at column 110 at the latest, in kernels at 128.
 
 BEGIN {
@@ -93,7 +93,7 @@ function check_include(text,    part, stem, room) {
     else if (part[1] == "btfield") room = room_of_header[stem]
     else if (FILENAME ~ /^kernels\//) room = part[1]
     if (part[1] != "host" && FILENAME ~ /^tests\//) return  # tests may use whatever is public
-    if (FILENAME ~ /^host\/(cli|experiment)\// && text ~ /^host\/pictures\// && text !~ /(_names|pixel_values)\.hpp$/)
+    if (FILENAME ~ /^host\/(cli|experiment)\// && text ~ /^host\/(pictures|compound)\// && text !~ /(_names|pixel_values)\.hpp$/)
         defect(FILENAME, FNR, "includes " text, "with it a program gets a second copy of the room pictures, whose module is not beside it")
     own = own_rank()
     if (own > 0 && room in rank && rank[room] > own)

@@ -16,6 +16,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/compound_report.hpp"
+#include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
@@ -42,12 +43,6 @@ struct CompoundJob {
     CompoundModel model;
     double read = 0.0, analysis = 0.0, fit = 0.0, total = 0.0;
 };
-
-std::uintmax_t written_bytes(const fs::path& path) {
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(path, error);
-    return error ? 0 : bytes;  // a pipe has no size
-}
 
 std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
     const bool several = options.pictures.size() > 1;
@@ -139,7 +134,7 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
 }
 
 Json fit_json(const CompoundJob& job) {
-    Json object = compound_json(job.model, job.output, written_bytes(job.output));
+    Json object = compound_json(job.model, job.output, model_file_bytes(job.output));
     object["reasons"] = job.model.provenance.reasons;
     object["seconds"]["read"] = job.read;
     object["seconds"]["analysis"] = job.analysis;
@@ -149,8 +144,8 @@ Json fit_json(const CompoundJob& job) {
 }
 
 std::string fit_text(const CompoundJob& job) {
-    return compound_text(job.model, written_bytes(job.output)) + "wrote " + job.output.string() + " (read " +
-           seconds_text(job.read) + ", analysis " + seconds_text(job.analysis) + ", fit " +
+    return compound_text(job.model, model_file_bytes(job.output)) + "wrote " + job.output.string() +
+           " (read " + seconds_text(job.read) + ", analysis " + seconds_text(job.analysis) + ", fit " +
            seconds_text(job.fit) + ", total " + seconds_text(job.total) + ")\n";
 }
 
@@ -183,15 +178,7 @@ void run_fit(const CompoundFitArguments& options) {
         objects.push_back(fit_json(job));
         text += fit_text(job);
     }
-    if (!options.json) {
-        emit_text(text);
-    } else if (jobs.size() == 1) {
-        emit_json(objects.front());
-    } else {
-        Json object;
-        object["fits"] = std::move(objects);
-        emit_json(object);
-    }
+    emit_results(options.json, objects, "fits", text);
 }
 
 void add_regions(CLI::App& command, ClusterOptions& clusters) {
@@ -380,7 +367,7 @@ void run_edit(const CompoundEditArguments& options) {
             scale_contrast(model, k, *options.contrast);
     }
     write_compound(options.output, model);
-    const std::uintmax_t bytes = written_bytes(options.output);
+    const std::uintmax_t bytes = model_file_bytes(options.output);
     if (options.json)
         emit_json(compound_json(model, options.output, bytes));
     else

@@ -195,15 +195,7 @@ void run(const FitArguments& options) {
         objects.push_back(job_json(job, bytes));
         text += job_text(job, bytes);
     }
-    if (!options.json) {
-        emit_text(text);
-    } else if (jobs.size() == 1) {
-        emit_json(objects.front());
-    } else {
-        Json object;
-        object["fits"] = std::move(objects);
-        emit_json(object);
-    }
+    emit_results(options.json, objects, "fits", text);
 }
 
 }  // namespace

@@ -19,12 +19,6 @@ struct InfoArguments {
     bool json = false;
 };
 
-std::uintmax_t file_bytes(const std::filesystem::path& path) {
-    std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-    return error ? 0 : bytes;  // a pipe has no size
-}
-
 void show(const CompoundModel& model, const InfoArguments& options, std::uintmax_t bytes) {
     if (!options.json) {
         emit_text(compound_text(model, bytes) + "written by " + model.provenance.software + "\n");
@@ -38,7 +32,7 @@ void show(const CompoundModel& model, const InfoArguments& options, std::uintmax
 }
 
 void run(const InfoArguments& options) {
-    const std::uintmax_t bytes = file_bytes(options.model);
+    const std::uintmax_t bytes = model_file_bytes(options.model);
     if (is_compound_file(options.model)) {
         show(read_compound(options.model), options, bytes);
         return;

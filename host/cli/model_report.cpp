@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <system_error>
 #include <vector>
 
 #include "btfield/fit.hpp"
@@ -33,6 +34,12 @@ std::string ratios_text(const std::vector<double>& ratios) {
 }
 
 }  // namespace
+
+std::uintmax_t model_file_bytes(const std::filesystem::path& path) {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+    return error ? 0 : bytes;
+}
 
 Json certificate_json(const Certificate& certificate) {
     Json ratios = Json::array();

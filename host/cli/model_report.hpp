@@ -12,6 +12,9 @@
 
 namespace btfield::cli {
 
+/// Size of a model file; 0 of a pipe, which has none.
+[[nodiscard]] std::uintmax_t model_file_bytes(const std::filesystem::path& path);
+
 /// {`valid`, `min_singular`, `variance_ratio`, `zeros`}.
 [[nodiscard]] Json certificate_json(const Certificate& certificate);
 

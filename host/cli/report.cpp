@@ -37,6 +37,13 @@ void emit_json(const Json& object) {
     emit_text(object.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
+void emit_results(bool json, const Json& objects, const std::string& key, std::string_view text) {
+    if (!json)
+        emit_text(text);
+    else
+        emit_json(objects.size() == 1 ? objects.front() : Json{{key, objects}});
+}
+
 void warn(const std::string& text) {
     const char* const clear_bar = ::isatty(STDERR_FILENO) == 1 ? "\r\x1b[K" : "";
     std::fprintf(stderr, "%sbtfield: warning: %s\n", clear_bar, text.c_str());

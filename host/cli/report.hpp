@@ -25,6 +25,10 @@ void emit_text(std::string_view text);
 /// The object as one line of standard output.
 void emit_json(const Json& object);
 
+/// Results of one or several inputs: the text, or as JSON the only object or all of them as a list under
+/// `key`.
+void emit_results(bool json, const Json& objects, const std::string& key, std::string_view text);
+
 /// "btfield: warning: ..." on standard error.
 void warn(const std::string& text);
 

@@ -174,18 +174,6 @@ bool continues(const ControlField& field) {
     return std::max(across, down) <= 1.25 * usual + 0.02;
 }
 
-/// The part of a lattice's field that the texture of this size is cut out with.
-ControlField cut_out(const ControlField& field, Size size) {
-    ControlField result{size, field.regions, {}};
-    result.labels.reserve(area(size));
-    const auto width = static_cast<std::ptrdiff_t>(field.size.width);
-    for (int r = 0; r < size.height; ++r) {
-        const auto row = field.labels.begin() + r * width;
-        result.labels.insert(result.labels.end(), row, row + size.width);
-    }
-    return result;
-}
-
 void grow_compound(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
                    double share) {
     const Stopwatch total, setup;
@@ -202,7 +190,7 @@ void grow_compound(Device& device, const SynthArguments& options, SynthJob& job,
         const ControlField field = job.control ? *job.control : synthesiser.control_field(job.seeds[i]);
         const Image texture = synthesiser.synthesise(job.seeds[i], field);
         job.synthesis += synthesis.seconds();
-        const ControlField seen = cut_out(field, job.size);
+        const ControlField seen = on_lattice(field, job.size);
         const std::vector<double> own = shares(seen);
         for (std::size_t k = 0; k < own.size(); ++k) job.shares[k] += own[k];
         write_texture(job, i, texture);
@@ -348,15 +336,7 @@ void run(const SynthArguments& options) {
         text += job_text(job, options.synthesis.method, device);
     }
     if (options.profile) report_profile(device.take_profile());
-    if (!options.json) {
-        emit_text(text);
-    } else if (jobs.size() == 1) {
-        emit_json(objects.front());
-    } else {
-        Json object;
-        object["syntheses"] = std::move(objects);
-        emit_json(object);
-    }
+    emit_results(options.json, objects, "syntheses", text);
 }
 
 }  // namespace

@@ -80,15 +80,6 @@ Clustering control_of(const Image& image, const CompoundOptions& options) {
     return {labels, {}};
 }
 
-Image mean_picture(Device& device, const ControlField& field, const MeanWeights& weights) {
-    DeviceImpl& impl = device.impl();
-    const Buffer labels = impl.upload(field.labels);
-    const DevicePlanes planes = ConditionalMean(impl, weights).of(labels, field.size);
-    Image image(field.size, planes.planes);
-    impl.read(planes.values, image.values().data(), image.values().size_bytes());
-    return image;
-}
-
 /// picture − mean → mean; share of the picture's variance that the mean takes.
 double take_away(const Image& image, Image& mean) {
     double before = 0.0, after = 0.0;
@@ -147,7 +138,7 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
 
     MeanWeights weights = options.borders == Borders::conditional ? fit_conditional_mean(image, field)
                                                                   : regional_means(image, field);
-    Image mean = mean_picture(device, field, weights);
+    Image mean = conditional_mean(device.impl(), weights, field);
     CompoundModel model;
     model.size = image.size();
     model.planes = image.planes();

@@ -9,7 +9,6 @@
 #include "host/cl/device_impl.hpp"
 #include "host/compound/conditional_mean.hpp"
 #include "host/compound/control_growth.hpp"
-#include "host/compound/label_lattice.hpp"
 #include "host/compound/region_restorer.hpp"
 #include "host/compound/regional_fields.hpp"
 
@@ -26,13 +25,6 @@ std::vector<const TextureModel*> residuals_of(const CompoundModel& model) {
     residuals.reserve(model.regions.size());
     for (const CompoundRegion& region : model.regions) residuals.push_back(&region.residual);
     return residuals;
-}
-
-MeanWeights weights_of(const CompoundModel& model) {
-    MeanWeights weights{model.mean, {}};
-    weights.regions.reserve(model.regions.size());
-    for (const CompoundRegion& region : model.regions) weights.regions.push_back(region.weights);
-    return weights;
 }
 
 }  // namespace
@@ -63,7 +55,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
           space_(model.space),
           size_(checked(model, size, allow_invalid)),
           fields_(*device_, residuals_of(model), size),
-          mean_(*device_, weights_of(model)),
+          mean_(*device_, mean_weights(model)),
           restorer_(*device_, model),
           growth_(device, model) {
         check_memory();

@@ -226,6 +226,13 @@ MeanWeights regional_means(const Image& image, const ControlField& field) {
     return result;
 }
 
+MeanWeights mean_weights(const CompoundModel& model) {
+    MeanWeights weights{model.mean, {}};
+    weights.regions.reserve(model.regions.size());
+    for (const CompoundRegion& region : model.regions) weights.regions.push_back(region.weights);
+    return weights;
+}
+
 ConditionalMean::ConditionalMean(DeviceImpl& device, const MeanWeights& weights)
     : device_(&device),
       planes_(static_cast<int>(weights.mean.size())),
@@ -276,6 +283,14 @@ DevicePlanes ConditionalMean::of(const Buffer& labels, Size size) const {
     }
     add(0, 0);
     return {std::move(values), size, size, planes_};
+}
+
+Image conditional_mean(DeviceImpl& device, const MeanWeights& weights, const ControlField& field) {
+    const Buffer labels = device.upload(field.labels);
+    const DevicePlanes planes = ConditionalMean(device, weights).of(labels, field.size);
+    Image image(field.size, planes.planes);
+    device.read(planes.values, image.values().data(), image.values().size_bytes());
+    return image;
 }
 
 }  // namespace btfield::detail

@@ -26,6 +26,9 @@ struct MeanWeights {
 /// Regional means as weights of a single filter.
 [[nodiscard]] MeanWeights regional_means(const Image& image, const ControlField& field);
 
+/// Those of the model.
+[[nodiscard]] MeanWeights mean_weights(const CompoundModel& model);
+
 class ConditionalMean {
   public:
     ConditionalMean(DeviceImpl& device, const MeanWeights& weights);
@@ -38,5 +41,9 @@ class ConditionalMean {
     int planes_, filters_;
     Buffer weights_, mean_;
 };
+
+/// On the host.
+[[nodiscard]] Image conditional_mean(DeviceImpl& device, const MeanWeights& weights,
+                                     const ControlField& field);
 
 }  // namespace btfield::detail

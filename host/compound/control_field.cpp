@@ -179,6 +179,17 @@ std::vector<double> shares(const ControlField& field) {
     return result;
 }
 
+ControlField on_lattice(const ControlField& field, Size lattice) {
+    ControlField result{lattice, field.regions, {}};
+    result.labels.reserve(area(lattice));
+    for (int r = 0; r < lattice.height; ++r) {
+        const auto row = static_cast<size_t>(r % field.size.height) * static_cast<size_t>(field.size.width);
+        for (int c = 0; c < lattice.width; ++c)
+            result.labels.push_back(field.labels[row + static_cast<size_t>(c % field.size.width)]);
+    }
+    return result;
+}
+
 std::string_view name(ClusterSpace space) {
     return word_of(space);
 }

@@ -12,7 +12,6 @@
 #include "host/base/text.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/compound/conditional_mean.hpp"
-#include "host/compound/label_lattice.hpp"
 #include "host/roller/features.hpp"
 
 namespace btfield::detail {
@@ -86,14 +85,7 @@ Image main_planes(const Image& image) {
 
 /// What the labels look like, or the labels themselves where all look alike.
 Image looks(Device& device, const CompoundModel& model, const ControlField& sample) {
-    DeviceImpl& impl = device.impl();
-    MeanWeights weights{model.mean, {}};
-    weights.regions.reserve(model.regions.size());
-    for (const CompoundRegion& region : model.regions) weights.regions.push_back(region.weights);
-    const Buffer labels = impl.upload(sample.labels);
-    const DevicePlanes mean = ConditionalMean(impl, weights).of(labels, sample.size);
-    Image image(sample.size, model.planes);
-    impl.read(mean.values, image.values().data(), image.values().size_bytes());
+    Image image = conditional_mean(device.impl(), mean_weights(model), sample);
     if (varies(image)) return image;
     Image numbers(sample.size, 1);
     std::ranges::transform(sample.labels, numbers.plane(0).begin(),

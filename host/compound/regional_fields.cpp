@@ -8,6 +8,7 @@
 
 #include "host/base/eigen.hpp"
 #include "host/spectrum/spectral_form.hpp"
+#include "host/synthesis/convolution.hpp"
 #include "host/synthesis/independent_planes.hpp"
 
 namespace btfield::detail {
@@ -27,11 +28,6 @@ SynthesisLayout layout_of(std::span<const TextureModel* const> regions, Size siz
         regions.begin(), regions.end(),
         [](const TextureModel* a, const TextureModel* b) { return a->levels.size() < b->levels.size(); });
     return {*deepest, size, std::vector<LevelRoute>(deepest->levels.size(), LevelRoute::spectrum)};
-}
-
-int nearest_shift(int s, int n) {
-    const int rest = ((s % n) + n) % n;
-    return rest > n / 2 ? rest - n : rest;
 }
 
 /// Coefficients of the moving averages of one level, gathered on all offsets that any of them has.

@@ -13,7 +13,6 @@
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
-#include "host/compound/label_lattice.hpp"
 #include "host/compound/regional_covariance.hpp"
 #include "host/compound/regional_fields.hpp"
 #include "host/fit/analysed_picture.hpp"
@@ -111,6 +110,16 @@ ModelledPlanes modelled(const Image& residual, const std::vector<std::vector<siz
     return gaussianised(std::move(eigenplanes), std::move(basis), pixels);
 }
 
+/// Labels of the pixels that a pyramid level's pixels were reduced to: every `step`-th row and column.
+std::vector<std::uint8_t> coarse_labels(const ControlField& field, int step) {
+    std::vector<std::uint8_t> labels;
+    for (int r = 0; r < field.size.height; r += step)
+        for (int c = 0; c < field.size.width; c += step)
+            labels.push_back(field.labels[static_cast<size_t>(r) * static_cast<size_t>(field.size.width) +
+                                          static_cast<size_t>(c)]);
+    return labels;
+}
+
 /// A level of the residual with its labels.
 struct RegionalLevel {
     Image image;
@@ -123,20 +132,6 @@ std::vector<std::uint8_t> mask_of(const std::vector<std::uint8_t>& labels, int r
     std::transform(labels.begin(), labels.end(), inside.begin(),
                    [&](std::uint8_t label) { return static_cast<std::uint8_t>(label == region); });
     return inside;
-}
-
-/// C of plane p alone at lag 0.
-LagCovariance plane_variance(const LagCovariance& statistic, int p) {
-    LagCovariance own(1, statistic.size(), {});
-    own.mean()[0] = statistic.mean()[static_cast<size_t>(p)];
-    own.set(0, 0, {}, statistic(p, p, {}));
-    return own;
-}
-
-Image single_plane(const Image& image, int p) {
-    Image own(image.size(), 1);
-    std::ranges::copy(image.plane(p), own.plane(0).begin());
-    return own;
 }
 
 /// White noise of these covariances, for regions in which random decrement finds nothing to average, or no
@@ -168,10 +163,10 @@ LevelModel fit_averages(const RegionalLevel& data, const LagCovariance& statisti
     level.certificate.min_singular = std::numeric_limits<double>::infinity();
     const bool apart = is_2d(local.model);
     for (int p = 0; p < (apart ? data.image.planes() : 1); ++p) {
-        const LagCovariance own = apart ? plane_variance(statistic, p) : statistic;
+        const LagCovariance own = apart ? plane_statistic(statistic, p) : statistic;
         MaModel model;
         try {
-            model = fit_ma(apart ? single_plane(data.image, p) : data.image, own, support, local.noise,
+            model = fit_ma(apart ? plane_image(data.image, p) : data.image, own, support, local.noise,
                            local.moving_average, inside);
             const size_t diagonal = static_cast<size_t>(model.planes) + 1;
             for (size_t e = 0; e < model.noise_covariance.size(); e += diagonal)

@@ -29,24 +29,6 @@ struct Estimate {
     Examination examination;
 };
 
-/// Plane p alone: C_pp.
-LagCovariance plane_statistic(const LagCovariance& statistic, int p) {
-    const Offset box = statistic.box();
-    LagCovariance own(1, statistic.size(), box);
-    own.mean()[0] = statistic.mean()[static_cast<size_t>(p)];
-    for (int row = 0; row <= box.row; ++row) {
-        for (int column = -box.column; column <= box.column; ++column)
-            own.set(0, 0, {row, column}, statistic(p, p, {row, column}));
-    }
-    return own;
-}
-
-Image plane_image(const Image& image, int p) {
-    Image own(image.size(), 1);
-    std::ranges::copy(image.plane(p), own.plane(0).begin());
-    return own;
-}
-
 Estimate least_squares(const LagCovariance& statistic, const FitOptions& options, const Support& support) {
     Estimate estimate;
     const auto take = [&](MrfEstimate markov) {
@@ -157,6 +139,23 @@ void add_part(FittedLevel& fitted, Estimate part, double log_likelihood) {
 }
 
 }  // namespace
+
+LagCovariance plane_statistic(const LagCovariance& statistic, int p) {
+    const Offset box = statistic.box();
+    LagCovariance own(1, statistic.size(), box);
+    own.mean()[0] = statistic.mean()[static_cast<size_t>(p)];
+    for (int row = 0; row <= box.row; ++row) {
+        for (int column = -box.column; column <= box.column; ++column)
+            own.set(0, 0, {row, column}, statistic(p, p, {row, column}));
+    }
+    return own;
+}
+
+Image plane_image(const Image& image, int p) {
+    Image own(image.size(), 1);
+    std::ranges::copy(image.plane(p), own.plane(0).begin());
+    return own;
+}
 
 Support support_of(const FitOptions& options) {
     const Family family_ = family(options.model);

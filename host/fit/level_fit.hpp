@@ -34,4 +34,9 @@ struct FittedLevel {
 [[nodiscard]] FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options,
                                     const Support& candidates);
 
+/// Plane p alone: C_pp.
+[[nodiscard]] LagCovariance plane_statistic(const LagCovariance& statistic, int p);
+/// Plane p alone.
+[[nodiscard]] Image plane_image(const Image& image, int p);
+
 }  // namespace btfield::detail

@@ -14,14 +14,13 @@ namespace {
 
 using std::size_t;
 
-/// The representative of s modulo n that is nearest to 0: |result| <= n/2.
-int nearest(int s, int n) {
+}  // namespace
+
+int nearest_shift(int s, int n) {
     int rest = s % n;
     if (rest < 0) rest += n;
     return rest > n / 2 ? rest - n : rest;
 }
-
-}  // namespace
 
 Convolution::Convolution(DeviceImpl& device, const LinearField& field, Size lattice, double scale,
                          const std::vector<double>& mean, Reads reads)
@@ -51,7 +50,7 @@ Convolution::Convolution(DeviceImpl& device, const LinearField& field, Size latt
     }
     std::vector<std::array<int, 2>> offsets;
     for (const Offset s : field.offsets) {
-        const int row = nearest(s.row, lattice.height), column = nearest(s.column, lattice.width);
+        const int row = nearest_shift(s.row, lattice.height), column = nearest_shift(s.column, lattice.width);
         offsets.push_back({row, column});
         reach_[0] = std::max(reach_[0], -row);
         reach_[1] = std::max(reach_[1], row);

@@ -11,6 +11,9 @@
 
 namespace btfield::detail {
 
+/// The representative of s modulo n that is nearest to 0: |result| <= n/2.
+[[nodiscard]] int nearest_shift(int s, int n);
+
 class Convolution {
   public:
     /// How work-items read the noise.

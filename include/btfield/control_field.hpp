@@ -36,6 +36,10 @@ BTFIELD_API void check(const ControlField& field);
 /// Share of pixels of each region, sum 1.
 [[nodiscard]] BTFIELD_API std::vector<double> shares(const ControlField& field);
 
+/// The field on a lattice of another size: begun again where it ends, or cut off.
+/// Precondition: check() accepts the field.
+[[nodiscard]] BTFIELD_API ControlField on_lattice(const ControlField& field, Size lattice);
+
 /// In which planes pixels are compared when they are clustered.
 enum class ClusterSpace {
     automatic,  ///< lab for colour pictures of three planes, planes otherwise
