@@ -2,6 +2,7 @@
 
 // Small experiments for tests: pictures that take no time, and all that a database holds as text.
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -28,6 +29,13 @@ inline void write_texture(const std::filesystem::path& path, unsigned seed, Size
         }
     }
     write_picture(path, image);
+}
+
+/// A run on this many threads.
+inline ExperimentRunOptions threads(int count) {
+    ExperimentRunOptions options;
+    options.jobs = count;
+    return options;
 }
 
 /// The lines of a query, columns separated by bars.
@@ -65,6 +73,7 @@ inline std::filesystem::path small_experiment(const TemporaryFolder& folder) {
     return folder / "small.json";
 }
 
+inline constexpr std::uint64_t varied_jobs = 10;
 /// One picture, and textures of it from a random field (4), a compound model (4) and rolls (2).
 inline std::filesystem::path varied_experiment(const TemporaryFolder& folder) {
     write_texture(folder / "a.ppm", 1);
