@@ -8,11 +8,11 @@
 #include <memory>
 #include <set>
 #include <system_error>
+#include <variant>
 #include <vector>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
-#include "btfield/model_file.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/compound_report.hpp"
@@ -325,20 +325,20 @@ void take_from(CompoundModel& model, int region, const std::string& from) {
     std::error_code error;
     const bool plain = fs::exists(from, error) || colon == std::string::npos;
     const std::string file = plain ? from : from.substr(0, colon);
-    const bool compound = is_compound_file(file);
-    if (plain && compound)
-        throw InputError("take a region from '" + from + "'", "it does not say which of the model's regions",
-                         "append it: '" + from + ":0' is the first");
-    if (!compound) {
+    const std::variant<TextureModel, CompoundModel> other = read_any_model(file);
+    if (const auto* whole = std::get_if<TextureModel>(&other)) {
         if (!plain)
             throw InputError("take region " + from.substr(colon + 1) + " from '" + file + "'",
                              "that model has no regions", "give the file alone: all of it is taken");
-        transplant(model, region, read_model(file));
+        transplant(model, region, *whole);
         return;
     }
+    if (plain)
+        throw InputError("take a region from '" + from + "'", "it does not say which of the model's regions",
+                         "append it: '" + from + ":0' is the first");
     const auto number = parse_number(from.substr(colon + 1), 0, most_regions - 1);
     if (!number) throw UsageError("--from: '" + from.substr(colon + 1) + "' is no number of a region");
-    transplant(model, region, read_compound(file), static_cast<int>(*number));
+    transplant(model, region, std::get<CompoundModel>(other), static_cast<int>(*number));
 }
 
 void check_units(const CompoundModel& model, const std::vector<double>& colour) {

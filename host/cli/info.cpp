@@ -1,9 +1,9 @@
 #include <filesystem>
 #include <memory>
+#include <variant>
 
 #include "btfield/compound.hpp"
 #include "btfield/error.hpp"
-#include "btfield/model_file.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/compound_report.hpp"
@@ -33,11 +33,12 @@ void show(const CompoundModel& model, const InfoArguments& options, std::uintmax
 
 void run(const InfoArguments& options) {
     const std::uintmax_t bytes = model_file_bytes(options.model);
-    if (is_compound_file(options.model)) {
-        show(read_compound(options.model), options, bytes);
+    const std::variant<TextureModel, CompoundModel> either = read_any_model(options.model);
+    if (const auto* compound = std::get_if<CompoundModel>(&either)) {
+        show(*compound, options, bytes);
         return;
     }
-    const TextureModel model = read_model(options.model);
+    const auto& model = std::get<TextureModel>(either);
     if (options.json) {
         Json object = model_json(model, options.model, bytes);
         Json means = Json::array();

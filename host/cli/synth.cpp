@@ -14,7 +14,6 @@
 #include "btfield/compound.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
-#include "btfield/model_file.hpp"
 #include "btfield/synthesis.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
@@ -80,8 +79,7 @@ void about(const SynthArguments& options, const std::string& file, Work work) {
     }
 }
 
-void read_compound_job(const SynthArguments& options, SynthJob& job) {
-    CompoundModel model = read_compound(job.file);
+void set_model(const SynthArguments& options, SynthJob& job, CompoundModel model) {
     if (options.synthesis.method == SynthesisMethod::raster)
         throw InputError(
             "synthesise by raster recursion",
@@ -101,8 +99,7 @@ void read_compound_job(const SynthArguments& options, SynthJob& job) {
     job.model = std::move(model);
 }
 
-void read_texture_job(const SynthArguments& options, SynthJob& job) {
-    TextureModel model = read_model(job.file);
+void set_model(const SynthArguments& options, SynthJob& job, TextureModel model) {
     if (!(options.control.empty() && options.labels_output.empty()))
         throw InputError("synthesise '" + job.file + "' with labels", "it is a model without regions",
                          "give a model of 'btfield compound fit'");
@@ -124,7 +121,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
         SynthJob job;
         job.file = file;
         about(options, file, [&] {
-            is_compound_file(file) ? read_compound_job(options, job) : read_texture_job(options, job);
+            std::visit([&](auto model) { set_model(options, job, std::move(model)); }, read_any_model(file));
         });
         const fs::path output =
             folder ? options.output / fs::path(file).stem().concat(extension(job)) : fs::path(options.output);

@@ -166,11 +166,12 @@ void write_compound(const std::filesystem::path& path, const CompoundModel& mode
                       "write the compound model '" + path.string() + "'");
 }
 
-bool is_compound_file(const std::filesystem::path& path) {
+std::variant<TextureModel, CompoundModel> read_any_model(const std::filesystem::path& path) {
     const std::string asked = "read the model '" + path.string() + "'";
     const json value = parse_strictly(model_bytes(path, asked), asked);
     const auto format = value.find("format");
-    return format != value.end() && *format == compound_format;
+    if (format != value.end() && *format == compound_format) return compound_from(value, {asked});
+    return model_from(value, "", {asked});
 }
 
 }  // namespace btfield

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "btfield/api.hpp"
@@ -167,8 +168,9 @@ BTFIELD_API void transplant(CompoundModel& model, int region, const TextureModel
 /// Writes a compound model; CBOR when the name ends in .btfm. The file appears complete or not at all.
 /// \throws InputError when check() refuses the model or the file cannot be written
 BTFIELD_API void write_compound(const std::filesystem::path& path, const CompoundModel& model);
-/// Whether a file that holds a model holds a compound one.
-/// \throws InputError when it cannot be read
-[[nodiscard]] BTFIELD_API bool is_compound_file(const std::filesystem::path& path);
+/// Reads and checks a model of either kind, in one pass: pipes will do.
+/// \throws InputError as read_model()
+[[nodiscard]] BTFIELD_API std::variant<TextureModel, CompoundModel> read_any_model(
+    const std::filesystem::path& path);
 
 }  // namespace btfield

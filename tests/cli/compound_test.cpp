@@ -92,6 +92,18 @@ TEST_F(CliCompound, LabelsOfOnesOwn) {
     EXPECT_FALSE(std::filesystem::exists(at("x.json")));
 }
 
+// Models come through pipes too, which can be read once.
+TEST_F(CliCompound, ModelFromAPipe) {
+    (void)fitted("bark.btfm");
+    const std::string program = BTFIELD_CLI;
+    for (const std::string& command :
+         {program + " info /dev/stdin --json", program + " synth /dev/stdin -o " + at("t.png") + " --json"}) {
+        const Ended ended = test::run_program({"/bin/sh", "-c", "cat " + at("bark.btfm") + " | " + command});
+        EXPECT_EQ(ended.code, 0) << ended.err;
+    }
+    EXPECT_TRUE(std::filesystem::exists(at("t.png")));
+}
+
 // Nothing that is read, or written otherwise, is written over.
 TEST_F(CliCompound, LabelsHaveANameOfTheirOwn) {
     (void)fitted("bark.json", {"--save-labels", at("l.png")});
