@@ -7,6 +7,7 @@
 
 #include "btfield/fit.hpp"
 #include "host/base/text.hpp"
+#include "host/spectrum/certificate_text.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -116,9 +117,8 @@ std::string uncertified_levels(const TextureModel& model) {
     for (std::size_t k = 0; k < model.levels.size(); ++k) {
         const Certificate& certificate = model.levels[k].certificate;
         if (certificate.valid) continue;
-        text += (text.empty() ? "level " : ", level ") + std::to_string(k);
-        text += certificate.zeros > 0 ? " (" + std::to_string(certificate.zeros) + " zeros)"
-                                      : " (unstable variance)";
+        text += (text.empty() ? "level " : ", level ") + std::to_string(k) + " (" +
+                detail::failure_text(certificate) + ")";
     }
     return text;
 }

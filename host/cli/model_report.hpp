@@ -29,7 +29,7 @@ namespace btfield::cli {
 /// The same for people: picture, model, one line per level, size.
 [[nodiscard]] std::string model_text(const TextureModel& model, std::uintmax_t bytes);
 
-/// Levels whose certificate fails, as "level 1 (12 zeros), level 3 (unstable variance)"; empty when all
+/// Levels whose certificate fails, as "level 1 (12 zeros of det Λ), level 3 (…)"; empty when all
 /// certify.
 [[nodiscard]] std::string uncertified_levels(const TextureModel& model);
 

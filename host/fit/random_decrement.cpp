@@ -11,6 +11,7 @@
 #include "host/analysis/lag_matrices.hpp"
 #include "host/base/decompositions.hpp"
 #include "host/base/dense.hpp"
+#include "host/base/non_negative.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
 #include "host/fit/least_squares.hpp"
@@ -156,40 +157,72 @@ MatrixXd variance_of(const std::vector<MatrixXd>& a, const MatrixXd& noise) {
     return sum;
 }
 
-/// Σ_e of Σ_s A_s Σ_e A_sᵀ = C(0), least squares of least norm where the equations do not determine it.
-/// Planes are scaled to unit deviation, so that their units do not matter.
-MatrixXd solve_noise(const std::vector<MatrixXd>& a, const MatrixXd& target, NoiseForm form) {
-    const Index d = target.rows();
-    const bool full = form == NoiseForm::full;
-    const Index unknowns = full ? d * (d + 1) / 2 : d, equations = unknowns;
-    const VectorXd deviation = target.diagonal().cwiseSqrt();
-    const VectorXd inverse = deviation.cwiseInverse();
-    MatrixXd system = MatrixXd::Zero(equations, unknowns);
-    VectorXd right(equations);
+/// A_s, s = 0, 1, …, where every plane's deviation is `deviation`, in planes of unit deviation.
+std::vector<MatrixXd> scaled(const std::vector<MatrixXd>& a, const VectorXd& deviation) {
+    std::vector<MatrixXd> blocks;
+    for (const MatrixXd& block : a)
+        blocks.emplace_back(deviation.cwiseInverse().asDiagonal() * block * deviation.asDiagonal());
+    return blocks;
+}
+
+/// Variances of uncorrelated noise that give all planes variance 1 through the moving average; where that
+/// takes a negative one, those that come nearest to it without. A plane whose own noise is not wanted, as the
+/// others' explain more than it varies, keeps a millionth of the largest: noise varies in every plane.
+VectorXd noise_variances(const std::vector<MatrixXd>& b) {
+    const Index d = b.front().rows();
+    MatrixXd system = MatrixXd::Zero(d, d);
+    for (const MatrixXd& block : b) system += block.cwiseAbs2();
+    const VectorXd one = VectorXd::Ones(d);
+    VectorXd variances = least_norm_solution(system, one, 1e-10);
+    constexpr double least = 1e-6;
+    if (!(variances.minCoeff() > 0.0)) variances = non_negative_least_squares(system, one);
+    return variances.cwiseMax(least * variances.maxCoeff());
+}
+
+/// Full Σ_e of Σ_s B_s Σ_e B_sᵀ = C, least squares of least norm where the equations do not determine it,
+/// its negative eigenvalues set to 0.
+MatrixXd full_noise(const std::vector<MatrixXd>& b, const MatrixXd& correlation) {
+    const Index d = correlation.rows(), unknowns = d * (d + 1) / 2;
+    MatrixXd system = MatrixXd::Zero(unknowns, unknowns);
+    VectorXd right(unknowns);
     const auto for_entries = [&](const auto& visit) {
         Index at = 0;
         for (Index i = 0; i < d; ++i) {
-            for (Index j = i; j < (full ? d : i + 1); ++j) visit(at++, i, j);
+            for (Index j = i; j < d; ++j) visit(at++, i, j);
         }
     };
-    for (const MatrixXd& block : a) {
-        const MatrixXd b = inverse.asDiagonal() * block * deviation.asDiagonal();
+    for (const MatrixXd& block : b) {
         for_entries([&](Index row, Index i, Index j) {
             for_entries([&](Index column, Index k, Index l) {
-                system(row, column) += k == l ? b(i, k) * b(j, k) : b(i, k) * b(j, l) + b(i, l) * b(j, k);
+                system(row, column) += k == l ? block(i, k) * block(j, k)
+                                              : block(i, k) * block(j, l) + block(i, l) * block(j, k);
             });
         });
     }
-    for_entries([&](Index row, Index i, Index j) { right[row] = inverse[i] * target(i, j) * inverse[j]; });
+    for_entries([&](Index row, Index i, Index j) { right[row] = correlation(i, j); });
     const VectorXd solution = least_norm_solution(system, right, 1e-10);
     MatrixXd noise = MatrixXd::Zero(d, d);
     for_entries([&](Index at, Index i, Index j) { noise(i, j) = noise(j, i) = solution[at]; });
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(noise);
-    if (eigen.eigenvalues().minCoeff() < 0.0) {
-        const MatrixXd& vectors = eigen.eigenvectors();
-        noise = vectors * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * vectors.transpose();
-        noise = (0.5 * (noise + noise.transpose())).eval();
+    if (eigen.eigenvalues().minCoeff() >= 0.0) return noise;
+    const MatrixXd& vectors = eigen.eigenvectors();
+    noise = vectors * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * vectors.transpose();
+    return 0.5 * (noise + noise.transpose());
+}
+
+/// Σ_e of Σ_s A_s Σ_e A_sᵀ = C(0) or what comes nearest to it. Planes are scaled to unit deviation, so that
+/// their units do not matter.
+MatrixXd solve_noise(const std::vector<MatrixXd>& a, const MatrixXd& target, NoiseForm form) {
+    const VectorXd deviation = target.diagonal().cwiseSqrt();
+    const std::vector<MatrixXd> b = scaled(a, deviation);
+    MatrixXd noise;
+    if (form == NoiseForm::full) {
+        const VectorXd inverse = deviation.cwiseInverse();
+        noise = full_noise(b, inverse.asDiagonal() * target * inverse.asDiagonal());
     }
+    // Also where no full one is left.
+    if (form == NoiseForm::diagonal || !(noise.diagonal().minCoeff() > 0.0))
+        noise = noise_variances(b).asDiagonal();
     return deviation.asDiagonal() * noise * deviation.asDiagonal();
 }
 

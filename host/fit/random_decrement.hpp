@@ -28,9 +28,10 @@ namespace btfield::detail {
                                                    std::span<const std::uint8_t> inside = {});
 
 /// Moving average of the level: A_s the random decrement signature at the offsets and the centre, Σ_e such
-/// that Σ_s A_s Σ_e A_sᵀ = C(0). Where no positive semidefinite Σ_e does that (or none of the asked form),
-/// the nearest solution with its negative eigenvalues set to 0, and each plane's coefficients scaled such
-/// that its variance is right.
+/// that Σ_s A_s Σ_e A_sᵀ = C(0). Where no positive semidefinite Σ_e does that, the nearest solution with its
+/// negative eigenvalues set to 0 (full) or the nearest one with no variance below 0 (diagonal), and each
+/// plane's coefficients scaled such that its variance is right. A diagonal Σ_e whose variance of a plane
+/// would be 0 keeps a millionth of the largest there, in planes of unit deviation.
 /// \param support where an impulse shows; the centre may be among its offsets and is added where it is not.
 ///     Per-pair sets are not read
 /// \param inside as random_decrement(); the statistic is that region's

@@ -29,9 +29,6 @@ using std::size_t;
 
 constexpr int base_side = 128;
 constexpr Size half_grid = {base_side / 2, base_side / 2};
-// A model of ten times the data's variance is no model of the data, though its field may exist: such variance
-// sits in a ring of near-singular frequencies (theory 7.3).
-constexpr double largest_ratio = 10.0;
 
 double smallest_singular_value_at(const LocalLambda<Eigen::Dynamic>& lambda, double row, double column) {
     const MatrixXcd value = lambda.at(row, column);
@@ -241,8 +238,9 @@ Examination detail::examine(const SpectralForm& form, const LagCovariance& data)
     result.log_determinant = means.log_determinant;
     Certificate& certificate = result.certificate;
     certificate.variance_ratio = variance_ratios(congruent(white.inverse, means.covariance), data);
-    const bool credible = std::ranges::all_of(
-        certificate.variance_ratio, [](double ratio) { return ratio > 0.0 && ratio <= largest_ratio; });
+    const bool credible = std::ranges::all_of(certificate.variance_ratio, [](double ratio) {
+        return ratio > 0.0 && ratio <= largest_variance_ratio;
+    });
     certificate.zeros = proof.search.zeros;
     certificate.min_singular = minimum_singular_value(hermitian_form(form), nodes);
     if (!proof.positive) certificate.min_singular = -certificate.min_singular;

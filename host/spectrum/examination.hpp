@@ -5,6 +5,10 @@
 
 namespace btfield::detail {
 
+/// Of a certified model, variance over the data's: one of ten times the data's is no model of the data,
+/// though its field may exist. Such variance sits in a ring of near-singular frequencies (theory 7.3).
+inline constexpr double largest_variance_ratio = 10.0;
+
 /// A certificate with what else its evaluations give.
 struct Examination {
     Certificate certificate;

@@ -12,6 +12,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/pyramid_stages.hpp"
 #include "host/base/text.hpp"
+#include "host/spectrum/certificate_text.hpp"
 #include "host/synthesis/causal_recursion.hpp"
 #include "host/synthesis/convolution.hpp"
 #include "host/synthesis/independent_planes.hpp"
@@ -74,10 +75,12 @@ void check_request(const TextureModel& model, Size size, const SynthesisOptions&
             throw InputError(
                 "synthesise from this " + std::string(name(model.kind)) + " model",
                 "the certificate of level " + std::to_string(k) + " fails (" +
-                    std::to_string(model.levels[k].certificate.zeros) +
-                    " zeros of det Λ): the texture would not have the statistics that were fitted",
-                "fit with --estimator auto or ml, or with a causal neighbourhood, or insist with "
-                "--allow-invalid");
+                    failure_text(model.levels[k].certificate) +
+                    "): the texture would not have the statistics that were fitted",
+                std::string(family(model.kind) == Family::ma
+                                ? "fit with another --threshold, --order or number of levels"
+                                : "fit with --estimator auto or ml, or with a causal neighbourhood") +
+                    ", or insist with --allow-invalid");
 }
 
 /// Lower and upper half of each seed, as the kernels take them.

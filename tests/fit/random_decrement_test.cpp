@@ -248,6 +248,76 @@ TEST(RandomDecrement, PlanesThatRepeatEachOtherKeepTheirVariance) {
     EXPECT_LE(worst_lag_zero_error(model, statistic, false), 1e-8);
 }
 
+/// One noise that all planes share through kernels of different widths, and little else: no uncorrelated
+/// noises make such variances but with one below 0.
+Image shared_noise() {
+    const Size size{64, 64};
+    const Image noise = test::random_image(size, 1, 0.5F, 5), own = test::random_image(size, 3, 0.5F, 6);
+    Image image(size, 3);
+    for (int p = 0; p < 3; ++p) {
+        for (int r = 0; r < size.height; ++r) {
+            for (int c = 0; c < size.width; ++c) {
+                float sum = 0.02F * own.at(p, r, c);
+                for (int k = 0; k <= p; ++k) sum += noise.at(0, r, (c + size.width - k) % size.width);
+                image.at(p, r, c) = sum;
+            }
+        }
+    }
+    return image;
+}
+
+TEST(RandomDecrement, DiagonalNoiseHasAVarianceInEveryPlane) {
+    const Image image = shared_noise();
+    const LagCovariance statistic = lag_covariance(image, {0, 0});
+    int left_out = 0;
+    for (int order = 1; order <= 8; ++order) {
+        const MaModel model =
+            fit_ma(image, statistic,
+                   {NeighbourhoodKind::symmetric, neighbourhood(order, NeighbourhoodKind::symmetric)},
+                   NoiseForm::diagonal);
+        double most = 0.0;
+        for (std::size_t i = 0; i < 3; ++i)
+            most = std::max(most, model.noise_covariance[4 * i] /
+                                      statistic(static_cast<int>(i), static_cast<int>(i), {}));
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) {
+                if (i != j) {
+                    EXPECT_EQ(model.noise_covariance[3 * i + j], 0.0);
+                }
+            }
+            const double share = model.noise_covariance[4 * i] /
+                                 statistic(static_cast<int>(i), static_cast<int>(i), {}) / most;
+            EXPECT_GE(share, 0.99e-6) << "order " << order << ", plane " << i;
+            left_out += share < 1.01e-6 ? 1 : 0;
+        }
+        EXPECT_LE(worst_lag_zero_error(model, statistic, true), 1e-8) << "order " << order;
+    }
+    EXPECT_GT(left_out, 0) << "no plane did without a noise of its own: the picture tests nothing";
+}
+
+TEST(RandomDecrement, EveryPictureHasItsMovingAverage) {
+    Device device;
+    for (const char* name :
+         {"bark.png", "cork.png", "cork-xyz.exr", "grass.png", "landsat.tif", "rock.png", "sand.png"}) {
+        Analysis analysis(device, read_picture(std::string(BTFIELD_TEST_DATA "/") + name).image);
+        for (const int order : {1, 5}) {
+            for (const int levels : {1, 3}) {
+                for (const MarginalMode marginals : {MarginalMode::match, MarginalMode::none}) {
+                    FitOptions options;
+                    options.model = ModelKind::ma3d;
+                    options.noise = NoiseForm::diagonal;
+                    options.order = order;
+                    options.levels = levels;
+                    options.marginals = marginals;
+                    const TextureModel model = analysis.fit(options);
+                    EXPECT_NO_THROW(check(model)) << name << ", order " << order << ", K " << levels;
+                    EXPECT_TRUE(is_valid(model)) << name << ", order " << order << ", K " << levels;
+                }
+            }
+        }
+    }
+}
+
 TEST(RandomDecrement, WhiteNoiseGivesAnImpulse) {
     // Away from the centre and the four neighbours that the rule looks at, the signature of white noise is
     // the mean of independent values: 5 standard errors of some 0.15 · 256² pixels.
