@@ -9,6 +9,9 @@
 #include <thread>
 #include <vector>
 
+#include "btfield/threads.hpp"
+#include "host/base/stop.hpp"
+
 namespace btfield::detail {
 namespace {
 
@@ -17,6 +20,7 @@ struct Loop {
     Loop(int count, BlockWork of) : blocks(count), work(of) {}
     int blocks;
     BlockWork work;
+    const StopScope* stop = current_stop();
     std::atomic<int> next{0};
     int helpers = 0;  ///< under the crew's mutex
     std::mutex failing;
@@ -27,6 +31,7 @@ struct Loop {
     void drain() {
         for (int block = next++; block < blocks; block = next++) {
             try {
+                stop_if_asked();
                 work.call(work.work, block);
             } catch (...) {
                 const std::lock_guard lock(failing);
@@ -49,12 +54,14 @@ class Crew {
     }
     [[nodiscard]] int helpers() const { return helpers_; }
 
-    void run(Loop& loop) {
+    /// \param threads that may work, the caller's included
+    void run(Loop& loop, int threads) {
         {
             const std::lock_guard lock(mutex_);
+            most_working_ = threads - 1;
             open_.push_back(&loop);
         }
-        for (int k = 0; k < std::min(helpers_, loop.blocks - 1); ++k) opened_.notify_one();
+        for (int k = 0; k < std::min(threads - 1, loop.blocks - 1); ++k) opened_.notify_one();
         loop.drain();
         std::unique_lock lock(mutex_);
         std::erase(open_, &loop);
@@ -75,11 +82,16 @@ class Crew {
         std::unique_lock lock(mutex_);
         for (;;) {
             Loop* loop = nullptr;
-            opened_.wait(lock, [&] { return (loop = outermost()) != nullptr; });
+            opened_.wait(lock, [&] { return working_ < most_working_ && (loop = outermost()) != nullptr; });
+            ++working_;
             ++loop->helpers;
             lock.unlock();
-            loop->drain();
+            {
+                const InheritedStop inherited(loop->stop);
+                loop->drain();
+            }
             lock.lock();
+            --working_;
             if (--loop->helpers == 0) left_.notify_all();
         }
     }
@@ -90,7 +102,8 @@ class Crew {
     }
 
     int helpers_ = 0;
-    std::mutex mutex_;
+    std::mutex mutex_;  ///< of what follows
+    int working_ = 0, most_working_ = 0;
     std::condition_variable opened_, left_;
     std::vector<Loop*> open_;
 };
@@ -99,12 +112,16 @@ class Crew {
 
 void run_blocks(int blocks, BlockWork work) {
     if (blocks <= 0) return;
-    if (blocks == 1 || Crew::of_process().helpers() < 1) {
-        for (int block = 0; block < blocks; ++block) work.call(work.work, block);
+    const int threads = blocks == 1 ? 1 : std::min(thread_limit(), 1 + Crew::of_process().helpers());
+    if (threads < 2) {
+        for (int block = 0; block < blocks; ++block) {
+            stop_if_asked();
+            work.call(work.work, block);
+        }
         return;
     }
     Loop loop(blocks, work);
-    Crew::of_process().run(loop);
+    Crew::of_process().run(loop, threads);
     if (loop.failure) std::rethrow_exception(loop.failure);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <mutex>
 #include <new>
 
 #include "host/cl/api.hpp"
@@ -9,7 +10,9 @@
 namespace btfield::detail {
 
 struct Buffer::Shelf {
+    explicit Shelf(const cl::Context& of) : context(of) {}
     cl::Context context;
+    std::mutex mutex;  ///< of what follows
     std::multimap<std::size_t, std::shared_ptr<cl::Buffer>> idle;
 };
 
@@ -25,32 +28,45 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
 }
 
 void Buffer::release() noexcept {
-    if (!shelf_) return;
-    try {
-        shelf_->idle.emplace(capacity_, handle_);
-    } catch (const std::bad_alloc&) {
-        // The handle's own destructor frees the memory.
+    if (shelf_) {
+        try {
+            const std::lock_guard lock(shelf_->mutex);
+            shelf_->idle.emplace(capacity_, handle_);
+        } catch (const std::bad_alloc&) {
+            // The handle's own destructor frees the memory.
+        }
     }
     shelf_.reset();
     handle_.reset();
     bytes_ = capacity_ = 0;
 }
 
+Buffer Buffer::foreign(std::shared_ptr<cl::Buffer> handle, std::size_t bytes) {
+    Buffer buffer;
+    buffer.handle_ = std::move(handle);
+    buffer.bytes_ = buffer.capacity_ = bytes;
+    return buffer;
+}
+
 BufferPool::BufferPool(const cl::Context& context, std::string device_name, std::size_t largest_allocation)
     : device_name_(std::move(device_name)),
       largest_(largest_allocation),
-      shelf_(std::make_shared<Buffer::Shelf>(Buffer::Shelf{context, {}})) {}
+      shelf_(std::make_shared<Buffer::Shelf>(context)) {}
 
 Buffer BufferPool::take(std::size_t bytes) {
     bytes = std::max<std::size_t>(bytes, 4);
     Buffer buffer;
-    const auto found = shelf_->idle.lower_bound(bytes);
-    // A loan of much more than was asked for would starve the next large one.
-    if (found != shelf_->idle.end() && found->first <= bytes + bytes / 4 + 4096) {
-        buffer.handle_ = found->second;
-        buffer.capacity_ = found->first;
-        shelf_->idle.erase(found);
-    } else {
+    {
+        const std::lock_guard lock(shelf_->mutex);
+        const auto found = shelf_->idle.lower_bound(bytes);
+        // A loan of much more than was asked for would starve the next large one.
+        if (found != shelf_->idle.end() && found->first <= bytes + bytes / 4 + 4096) {
+            buffer.handle_ = std::move(found->second);
+            buffer.capacity_ = found->first;
+            shelf_->idle.erase(found);
+        }
+    }
+    if (!buffer.handle_) {
         if (bytes > largest_)
             throw DeviceError("allocate " + std::to_string(bytes) + " bytes on device '" + device_name_ + "'",
                               "its largest allocation is " + std::to_string(largest_) + " bytes",
@@ -72,12 +88,14 @@ Buffer BufferPool::take(std::size_t bytes) {
 }
 
 std::size_t BufferPool::idle_bytes() const {
+    const std::lock_guard lock(shelf_->mutex);
     std::size_t sum = 0;
     for (const auto& [bytes, handle] : shelf_->idle) sum += bytes;
     return sum;
 }
 
 void BufferPool::clear() {
+    const std::lock_guard lock(shelf_->mutex);
     shelf_->idle.clear();
 }
 

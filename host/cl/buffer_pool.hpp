@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file
-/// Device memory that is handed back instead of freed.
+/// Device memory that is handed back instead of freed, from any thread. What was enqueued with it may still
+/// be waiting: queues are in order, so whatever borrows the memory next is enqueued, and runs, after that.
 
 #include <cstddef>
 #include <memory>
@@ -30,6 +31,8 @@ class Buffer {
     /// Bytes asked for; the memory behind may be larger.
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
     [[nodiscard]] explicit operator bool() const { return bytes_ != 0; }
+    /// Memory that belongs to no pool: the handle keeps it.
+    [[nodiscard]] static Buffer foreign(std::shared_ptr<cl::Buffer> handle, std::size_t bytes);
 
   private:
     friend class BufferPool;

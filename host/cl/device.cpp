@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <mutex>
 
+#include "host/base/limits.hpp"
 #include "host/cl/device_choice.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/cl/program.hpp"
@@ -45,39 +47,59 @@ std::string name_of(const cl::Kernel& kernel) {
 }  // namespace
 
 struct DeviceImpl::OpenCl {
-    OpenCl(const cl::Device& opened, const std::string& name, const DeviceOptions& options,
-           std::size_t largest_allocation)
-        : device(opened),
-          context(guarded("create a context", name, [&] { return cl::Context(device); })),
-          queue(guarded("create a queue", name,
-                        [&] {
-                            return cl::CommandQueue(
-                                context, device,
-                                options.profile ? CL_QUEUE_PROFILING_ENABLE : cl_command_queue_properties{0});
-                        })),
+    OpenCl(const cl::Device& of, const cl::Context& in, const cl::CommandQueue* on, const std::string& name,
+           const DeviceOptions& options, std::size_t largest_allocation)
+        : device(of),
+          context(in),
+          queue(on ? *on : guarded("create a queue", name, [&] { return own_queue(options); })),
           programs(context, device, cache_folder(options)),
           pool(context, name, largest_allocation) {}
+
+    [[nodiscard]] cl::CommandQueue own_queue(const DeviceOptions& options) const {
+        return {context, device,
+                options.profile ? CL_QUEUE_PROFILING_ENABLE : cl_command_queue_properties{0}};
+    }
 
     cl::Device device;
     cl::Context context;
     cl::CommandQueue queue;
     ProgramCache programs;
     BufferPool pool;
+    std::mutex
+        mutex;  ///< of kernels' arguments, from setting them until they are enqueued, and of what follows
     std::vector<std::pair<std::string, cl::Event>> events;
 };
 
 DeviceImpl::DeviceImpl(std::string_view spec, const DeviceOptions& options) : options_(options) {
-    const DeviceCandidate chosen = choose_device(spec);
+    DeviceCandidate chosen = choose_device(spec);
+    restrict_threads(chosen, options.threads);
     info_ = chosen.info;
+    look_at(chosen.device);
+    const cl::Context context =
+        guarded("create a context", info_.name, [&] { return cl::Context(chosen.device); });
+    opencl_ =
+        std::make_unique<OpenCl>(chosen.device, context, nullptr, info_.name, options, largest_allocation_);
+}
+
+DeviceImpl::DeviceImpl(const DeviceCandidate& device, const cl::Context& context,
+                       const cl::CommandQueue* queue, const DeviceOptions& options)
+    : info_(device.info), options_(options) {
+    look_at(device.device);
+    opencl_ =
+        std::make_unique<OpenCl>(device.device, context, queue, info_.name, options, largest_allocation_);
+}
+
+void DeviceImpl::look_at(const cl::Device& device) {
     tuning_ = &detail::tuning(info_.type);
-    vector_width_ = lanes_for(info_, options.vector_width);
-    const cl::Device& device = chosen.device;
+    vector_width_ = lanes_for(info_, options_.vector_width);
     guarded("ask for the device's limits", info_.name, [&] {
         largest_allocation_ = static_cast<std::size_t>(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>());
         local_memory_ = static_cast<std::size_t>(device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
         largest_group_ = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
     });
-    opencl_ = std::make_unique<OpenCl>(device, info_.name, options, largest_allocation_);
+    const std::uint64_t asked = options_.memory_bytes > 0 ? options_.memory_bytes : memory_of_environment();
+    const auto all = static_cast<double>(info_.memory_bytes);
+    memory_limit_ = asked > 0 ? std::min(all, static_cast<double>(asked)) : tuning_->memory_share * all;
 }
 
 DeviceImpl::~DeviceImpl() {
@@ -86,10 +108,6 @@ DeviceImpl::~DeviceImpl() {
     } catch (const cl::Error&) {
         // Nothing is left to report to.
     }
-}
-
-double DeviceImpl::memory_limit() const {
-    return tuning_->memory_share * static_cast<double>(info_.memory_bytes);
 }
 
 std::size_t DeviceImpl::largest_group(Grain grain) const {
@@ -113,6 +131,9 @@ const cl::Context& DeviceImpl::context() const {
 const cl::CommandQueue& DeviceImpl::queue() const {
     return opencl_->queue;
 }
+const cl::Device& DeviceImpl::device() const {
+    return opencl_->device;
+}
 
 void DeviceImpl::write(const Buffer& target, const void* source, std::size_t bytes, std::size_t offset) {
     if (offset > target.bytes() || bytes > target.bytes() - offset)
@@ -131,6 +152,42 @@ void DeviceImpl::read(const Buffer& source, void* target, std::size_t bytes, std
             [&] { opencl_->queue.enqueueReadBuffer(*source.handle(), CL_TRUE, offset, bytes, target); });
 }
 
+void DeviceImpl::check_target(const DeviceMemory& target, std::size_t bytes,
+                              const std::string& result) const {
+    const std::string asked = "leave " + result + " on device '" + info_.name + "'";
+    const bool ours = guarded("look at memory of the program's own", info_.name, [&] {
+        return target.buffer().handle()->getInfo<CL_MEM_CONTEXT>()() == opencl_->context();
+    });
+    if (!ours)
+        throw InputError(asked, "the memory belongs to another context",
+                         "make it with device_memory() of the same Device");
+    if (bytes > target.bytes())
+        throw InputError(asked,
+                         "that takes " + std::to_string(bytes) + " bytes, the memory holds " +
+                             std::to_string(target.bytes()),
+                         "give more memory, or ask for fewer textures at a time");
+}
+
+void DeviceImpl::copy(const Buffer& source, const PlaneWindow& window, const DeviceMemory& target,
+                      std::size_t at) {
+    const std::size_t row = sizeof(float) * static_cast<std::size_t>(window.lattice.width),
+                      target_row = sizeof(float) * static_cast<std::size_t>(window.size.width);
+    const std::size_t begin = target.offset() + sizeof(float) * at,
+                      end = begin + sizeof(float) * window.planes * area(window.size);
+    if (end > target.buffer().bytes() ||
+        sizeof(float) * (window.first + window.planes) * area(window.lattice) > source.bytes())
+        throw DeviceError("copy planes on the device", "the copy ends after the buffer",
+                          "report this defect");
+    guarded("copy planes on the device", info_.name, [&] {
+        opencl_->queue.enqueueCopyBufferRect(
+            *source.handle(), *target.buffer().handle(),
+            {sizeof(float) * static_cast<std::size_t>(window.column), static_cast<std::size_t>(window.row),
+             window.first},
+            {begin, 0, 0}, {target_row, static_cast<std::size_t>(window.size.height), window.planes}, row,
+            sizeof(float) * area(window.lattice), target_row, sizeof(float) * area(window.size));
+    });
+}
+
 void DeviceImpl::finish() {
     guarded("wait for the device", info_.name, [&] { opencl_->queue.finish(); });
 }
@@ -142,6 +199,7 @@ void DeviceImpl::flush() {
 void DeviceImpl::enqueue(Kernel handle, const Range& global, Grain grain,
                          std::initializer_list<Argument> arguments) {
     cl::Kernel& kernel = handle.handle();
+    const std::lock_guard lock(opencl_->mutex);
     cl_uint index = 0;
     try {
         for (const Argument& argument : arguments) {
@@ -181,20 +239,30 @@ void DeviceImpl::enqueue(Kernel handle, const Range& global, Grain grain,
             deep ? cl::NDRange(range.x, range.y, range.z) : cl::NDRange(range.x, range.y),
             deep ? cl::NDRange(local, 1, 1) : cl::NDRange(local, 1), nullptr,
             options_.profile ? &event : nullptr);
-        if (!rehearsing_) record(name_of(kernel), event);
+        if (!rehearsing_) record_enqueued(name_of(kernel), event);
     });
 }
 
 void DeviceImpl::record(std::string label, const cl::Event& event) {
-    ++launches_;
+    const std::lock_guard lock(opencl_->mutex);
+    record_enqueued(std::move(label), event);
+}
+
+void DeviceImpl::record_enqueued(std::string label, const cl::Event& event) {
+    launches_.fetch_add(1, std::memory_order_relaxed);
     if (options_.profile) opencl_->events.emplace_back(std::move(label), event);
 }
 
 std::vector<ProfileEntry> DeviceImpl::take_profile() {
+    std::vector<std::pair<std::string, cl::Event>> events;
+    {
+        const std::lock_guard lock(opencl_->mutex);
+        events.swap(opencl_->events);
+    }
     finish();
     std::map<std::string, ProfileEntry> sums;
     guarded("read launch times", info_.name, [&] {
-        for (const auto& [label, event] : opencl_->events) {
+        for (const auto& [label, event] : events) {
             ProfileEntry& entry = sums[label];
             entry.kernel = label;
             ++entry.launches;
@@ -202,7 +270,6 @@ std::vector<ProfileEntry> DeviceImpl::take_profile() {
                                                         event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
         }
     });
-    opencl_->events.clear();
     std::vector<ProfileEntry> entries;
     entries.reserve(sums.size());
     for (auto& [label, entry] : sums) entries.push_back(std::move(entry));
@@ -213,6 +280,7 @@ std::vector<ProfileEntry> DeviceImpl::take_profile() {
 
 Device::Device(std::string_view spec, const DeviceOptions& options)
     : impl_(std::make_unique<DeviceImpl>(spec, options)) {}
+Device::Device(std::unique_ptr<DeviceImpl> impl) : impl_(std::move(impl)) {}
 Device::~Device() = default;
 Device::Device(Device&&) noexcept = default;
 Device& Device::operator=(Device&&) noexcept = default;
@@ -227,6 +295,9 @@ std::vector<ProfileEntry> Device::take_profile() {
 }
 std::uint64_t Device::launch_count() const {
     return impl_->launch_count();
+}
+void Device::finish() {
+    impl_->finish();
 }
 DeviceImpl& Device::impl() {
     return *impl_;

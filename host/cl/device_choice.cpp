@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/limits.hpp"
 #include "host/cl/device_names.hpp"
 
 namespace btfield {
@@ -19,6 +20,19 @@ DeviceType type_of(const cl::Device& device) {
     if (type & CL_DEVICE_TYPE_GPU) return DeviceType::gpu;
     if (type & CL_DEVICE_TYPE_CPU) return DeviceType::cpu;
     return DeviceType::accelerator;
+}
+
+/// All but its place among others.
+DeviceInfo properties_of(const cl::Device& device) {
+    DeviceInfo info;
+    info.platform = cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>();
+    info.platform_index = info.device_index = -1;
+    info.name = device.getInfo<CL_DEVICE_NAME>();
+    info.type = type_of(device);
+    info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+    info.vector_width = static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>());
+    info.memory_bytes = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+    return info;
 }
 
 std::vector<DeviceCandidate> candidates() {
@@ -42,15 +56,9 @@ std::vector<DeviceCandidate> candidates() {
         }
         for (std::size_t i = 0; i < devices.size(); ++i) {
             const cl::Device& device = devices[i];
-            DeviceInfo info;
-            info.platform = platforms[p].getInfo<CL_PLATFORM_NAME>();
+            DeviceInfo info = properties_of(device);
             info.platform_index = static_cast<int>(p);
             info.device_index = static_cast<int>(i);
-            info.name = device.getInfo<CL_DEVICE_NAME>();
-            info.type = type_of(device);
-            info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
-            info.vector_width = static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>());
-            info.memory_bytes = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
             found.push_back({device, info});
         }
     }
@@ -117,6 +125,34 @@ DeviceCandidate detail::choose_device(std::string_view asked) {
                  std::to_string(c.info.device_index) + " '" + c.info.name + "'";
     throw DeviceError("open device '" + spec + "'", "the devices here are " + names,
                       "give " + origin + " auto, cpu, gpu, PLATFORM:DEVICE or a part of a name");
+}
+
+DeviceInfo detail::info_of(const cl::Device& device) {
+    for (const DeviceCandidate& c : candidates())
+        if (c.device() == device()) return c.info;
+    return properties_of(device);
+}
+
+void detail::restrict_threads(DeviceCandidate& candidate, int threads) {
+    const std::string asked = "compute with " + std::to_string(threads) + " threads";
+    if (threads < 0)
+        throw InputError(asked, "there is at least one", "give 1 or more, or 0 for as many as there are");
+    if (candidate.info.type != DeviceType::cpu) return;
+    if (threads == 0) threads = threads_of_environment();
+    if (threads == 0 || threads >= candidate.info.compute_units) return;
+    const cl_device_partition_property parts[] = {CL_DEVICE_PARTITION_BY_COUNTS, threads,
+                                                  CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+    try {
+        std::vector<cl::Device> devices;
+        candidate.device.createSubDevices(parts, &devices);
+        candidate.device = devices.at(0);
+    } catch (const cl::Error& error) {
+        throw DeviceError(
+            "compute with " + std::to_string(threads) + " threads on device '" + candidate.info.name + "'",
+            "its driver does not divide it: " + cl_error_name(error.err()),
+            "do without a number of threads here, and look for the driver's own setting");
+    }
+    candidate.info.compute_units = threads;
 }
 
 std::vector<DeviceInfo> list_devices() {

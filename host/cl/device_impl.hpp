@@ -3,7 +3,12 @@
 /// \file
 /// What stands behind Device: context, queue, program cache, buffer pool, FFT plans and the one launch(). No
 /// room but this one sees OpenCL.
+///
+/// Any number of threads may work with one device: its queue is in order, and setting a kernel's arguments
+/// and enqueuing it is one step. Sequences of launches of several threads interleave, so what a sequence
+/// hands from one launch to the next is memory of its own, on loan from the pool.
 
+#include <atomic>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -14,6 +19,7 @@
 #include <vector>
 
 #include "btfield/device.hpp"
+#include "btfield/image.hpp"
 #include "host/cl/buffer_pool.hpp"
 #include "host/cl/build_parameters.hpp"
 #include "host/cl/fft.hpp"
@@ -21,6 +27,8 @@
 
 namespace cl {
 class CommandQueue;
+class Device;
+class Context;
 class Event;
 class Kernel;
 }  // namespace cl
@@ -28,6 +36,7 @@ class Kernel;
 namespace btfield::detail {
 
 class ProgramCache;
+struct DeviceCandidate;
 
 /// Work-items of a launch along up to three dimensions. Kernels check their bounds along dimension 0, which
 /// is rounded up to the local size.
@@ -45,6 +54,15 @@ class Kernel {
     cl::Kernel* handle_;
 };
 
+/// Part of planes in device memory: of planes [first, first + planes), each on the lattice, `size` pixels
+/// from (row, column) on.
+struct PlaneWindow {
+    Size lattice;
+    std::size_t first = 0, planes = 0;
+    int row = 0, column = 0;
+    Size size;
+};
+
 /// Uninitialised local memory, as an argument of a launch.
 struct LocalMemory {
     std::size_t bytes = 0;
@@ -53,6 +71,9 @@ struct LocalMemory {
 class DeviceImpl {
   public:
     DeviceImpl(std::string_view spec, const DeviceOptions& options);
+    /// On a context of the caller's, and on its queue where there is one.
+    DeviceImpl(const DeviceCandidate& device, const cl::Context& context, const cl::CommandQueue* queue,
+               const DeviceOptions& options);
     ~DeviceImpl();
     DeviceImpl(const DeviceImpl&) = delete;
     DeviceImpl& operator=(const DeviceImpl&) = delete;
@@ -63,7 +84,7 @@ class DeviceImpl {
     [[nodiscard]] int vector_width() const { return vector_width_; }
     [[nodiscard]] std::size_t largest_allocation() const { return largest_allocation_; }
     /// Bytes of device memory that may be planned with.
-    [[nodiscard]] double memory_limit() const;
+    [[nodiscard]] double memory_limit() const { return memory_limit_; }
     /// Bytes of local memory of a work-group.
     [[nodiscard]] std::size_t local_memory() const { return local_memory_; }
     /// Work-items that a group of a launch has at most.
@@ -83,6 +104,12 @@ class DeviceImpl {
     void write(const Buffer& target, const void* source, std::size_t bytes, std::size_t offset = 0);
     /// Blocks until the bytes are there.
     void read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset = 0);
+    /// \param result what is to be left there
+    /// \throws InputError unless the target lies in this device's context and holds `bytes`
+    void check_target(const DeviceMemory& target, std::size_t bytes, const std::string& result) const;
+    /// A window of planes to consecutive planes of the target, without padding. Enqueued, not waited for.
+    /// \param at floats of the target that lie before
+    void copy(const Buffer& source, const PlaneWindow& window, const DeviceMemory& target, std::size_t at);
     void finish();
     /// Makes the device begin what was enqueued, without waiting.
     void flush();
@@ -102,24 +129,23 @@ class DeviceImpl {
     }
 
     [[nodiscard]] std::vector<ProfileEntry> take_profile();
-    [[nodiscard]] std::uint64_t launch_count() const { return launches_; }
+    [[nodiscard]] std::uint64_t launch_count() const { return launches_.load(std::memory_order_relaxed); }
     [[nodiscard]] BufferPool& pool();
     [[nodiscard]] FftPlans& ffts() { return ffts_; }
     [[nodiscard]] const cl::Context& context() const;
     [[nodiscard]] const cl::CommandQueue& queue() const;
-    /// While it lives, launches run a single work-group and go unrecorded: a rehearsal makes drivers compile
-    /// what they compile at the first launch, and fills the buffer pool, without doing the work.
+    [[nodiscard]] const cl::Device& device() const;
+    /// While it lives, launches of its thread run a single work-group and go unrecorded: a rehearsal makes
+    /// drivers compile what they compile at the first launch, and fills the buffer pool, without doing the
+    /// work.
     class Rehearsal {
       public:
-        explicit Rehearsal(DeviceImpl& device) : device_(&device) { device_->rehearsing_ = true; }
-        ~Rehearsal() { device_->rehearsing_ = false; }
+        Rehearsal() { rehearsing_ = true; }
+        ~Rehearsal() { rehearsing_ = false; }
         Rehearsal(const Rehearsal&) = delete;
         Rehearsal& operator=(const Rehearsal&) = delete;
-
-      private:
-        DeviceImpl* device_;
     };
-    [[nodiscard]] bool rehearsing() const { return rehearsing_; }
+    [[nodiscard]] static bool rehearsing() { return rehearsing_; }
     /// Adds an event of a library call (clFFT) to the profile.
     void record(std::string label, const cl::Event& event);
 
@@ -138,17 +164,23 @@ class DeviceImpl {
     };
     void enqueue(Kernel kernel, const Range& global, Grain grain, std::initializer_list<Argument> arguments);
 
+    /// record(), the mutex held.
+    void record_enqueued(std::string label, const cl::Event& event);
+
     struct OpenCl;
+    /// What depends on the device alone.
+    void look_at(const cl::Device& device);
 
     DeviceInfo info_;
     DeviceOptions options_;
     const Tuning* tuning_;
     int vector_width_ = 1;
+    double memory_limit_ = 0.0;
     std::size_t largest_allocation_ = 0, local_memory_ = 0, largest_group_ = 0;
     std::unique_ptr<OpenCl> opencl_;
     FftPlans ffts_;
-    std::uint64_t launches_ = 0;
-    bool rehearsing_ = false;
+    std::atomic<std::uint64_t> launches_ = 0;
+    static inline thread_local bool rehearsing_ = false;
 };
 
 }  // namespace btfield::detail

@@ -142,11 +142,18 @@ void set_up_clfft(const DeviceImpl& device) {
     check_clfft(library.status, "clfftSetup", device);
 }
 
+/// Held while clFFT is called: its plans share kernels, whose arguments it sets as it enqueues.
+std::mutex& clfft_mutex() {
+    static std::mutex mutex;
+    return mutex;
+}
+
 /// clFFT, half along its fastest axis: our ky. Its images come out column by column and are transposed.
 class ClFft : public Fft {
   public:
     ClFft(DeviceImpl& device, Size size) : size_(size) { set_up_clfft(device); }
     ~ClFft() override {
+        const std::lock_guard lock(clfft_mutex());
         for (auto& [key, plan] : plans_) clfftDestroyPlan(&plan);
     }
     ClFft(const ClFft&) = delete;
@@ -207,6 +214,7 @@ class ClFft : public Fft {
 
     void run(DeviceImpl& device, int planes, clfftDirection direction, cl_mem* in, cl_mem* out,
              const char* label) {
+        const std::lock_guard lock(clfft_mutex());
         clfftPlanHandle& handle = plan(device, planes, direction);
         if (device.rehearsing()) return;
         std::size_t bytes = 0;
@@ -284,6 +292,7 @@ Fft& FftPlans::plan(DeviceImpl& device, Size size, FftBackend backend) {
                           "a side is not a product of 2, 3, 5, 7, 11 and 13",
                           "transform the next larger lattice that is");
     const FftBackend resolved = resolve(device, size, backend);
+    const std::lock_guard lock(mutex_);
     std::unique_ptr<Fft>& entry = plans_[{size.height, size.width, resolved}];
     if (!entry) {
         if (resolved == FftBackend::lanes)

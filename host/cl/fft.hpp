@@ -11,6 +11,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <tuple>
 
 #include "btfield/device.hpp"
@@ -42,7 +43,7 @@ struct Spectrum {
     Buffer re, im;
 };
 
-/// One size, any number of planes up to the plan's batch.
+/// One size, any number of planes up to the plan's batch, from any number of threads.
 class Fft {
   public:
     virtual ~Fft() = default;
@@ -72,6 +73,7 @@ class FftPlans {
     [[nodiscard]] static FftBackend resolve(const DeviceImpl& device, Size size, FftBackend backend);
 
   private:
+    std::mutex mutex_;
     std::map<std::tuple<int, int, FftBackend>, std::unique_ptr<Fft>> plans_;
 };
 

@@ -99,6 +99,7 @@ cl::Kernel& ProgramCache::kernel(std::string_view stem, const std::string& name,
 
 cl::Kernel& ProgramCache::kernel_from_source(std::string_view stem, std::string_view source,
                                              const std::string& name, const std::string& options) {
+    const std::lock_guard lock(mutex_);
     Program& built = program(stem, source, options);
     const auto found = built.kernels.find(name);
     if (found != built.kernels.end()) return found->second;
@@ -139,6 +140,11 @@ ProgramCache::Program& ProgramCache::program(std::string_view stem, std::string_
         store(key, built);
     }
     return programs_.emplace(std::move(key), Program{std::move(built), {}}).first->second;
+}
+
+ProgramCache::Statistics ProgramCache::statistics() const {
+    const std::lock_guard lock(mutex_);
+    return statistics_;
 }
 
 std::filesystem::path ProgramCache::file_of(const std::string& key) const {

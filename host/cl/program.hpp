@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,7 +15,8 @@
 
 namespace btfield::detail {
 
-/// Builds programs for one device and remembers them.
+/// Builds programs for one device and remembers them. For any number of threads, one of which builds at a
+/// time; kernels stay where they are.
 class ProgramCache {
   public:
     /// \param folder  empty = no disk cache
@@ -33,7 +35,7 @@ class ProgramCache {
         int loaded = 0;     ///< taken from disk
         int discarded = 0;  ///< damaged or refused files on disk
     };
-    [[nodiscard]] const Statistics& statistics() const { return statistics_; }
+    [[nodiscard]] Statistics statistics() const;
 
     /// File that holds, or would hold, the program of this key.
     [[nodiscard]] std::filesystem::path file_of(const std::string& key) const;
@@ -51,6 +53,7 @@ class ProgramCache {
     cl::Device device_;
     std::string device_name_, device_key_;
     std::filesystem::path folder_;
+    mutable std::mutex mutex_;  ///< of what follows
     std::map<std::string, Program> programs_;
     Statistics statistics_;
 };

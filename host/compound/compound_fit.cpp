@@ -7,6 +7,7 @@
 #include "btfield/compound.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/compound/conditional_mean.hpp"
@@ -131,6 +132,7 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
         const auto now = std::chrono::steady_clock::now();
         if (options.progress) options.progress(stage, std::chrono::duration<double>(now - start).count());
         start = now;
+        stop_if_asked();
     };
     Clustering clustering = control_of(image, options);
     const ControlField& field = clustering.field;

@@ -61,7 +61,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
         check_memory();
         const ControlField nothing{lattice(), regions_, std::vector<std::uint8_t>(area(lattice()), 0)};
         {
-            const DeviceImpl::Rehearsal rehearsal(*device_);
+            const DeviceImpl::Rehearsal rehearsal;
             static_cast<void>(grow(0, nothing));
         }
         device_->finish();
@@ -72,18 +72,17 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
     }
 
     [[nodiscard]] Image synthesise(std::uint64_t seed, const ControlField& field) {
-        check(field);
-        if (field.size != size_ && field.size != lattice())
-            throw InputError("synthesise " + compact_text_of(size_) + " on this control field",
-                             "it is " + text_of(field.size), "give one of the texture's size");
-        if (field.regions > regions_)
-            throw InputError(
-                "synthesise on this control field",
-                "it has " + std::to_string(field.regions) + " regions, the model " + std::to_string(regions_),
-                "use labels below " + std::to_string(regions_));
-        const DevicePlanes planes =
-            grow(seed, field.size == lattice() ? field : on_lattice(field, lattice()));
-        return download(planes);
+        return download(checked_grow(seed, field));
+    }
+
+    void synthesise_to(std::uint64_t seed, const ControlField& field, const DeviceMemory& target) {
+        const auto planes_count = static_cast<size_t>(planes_);
+        device_->check_target(target, sizeof(float) * planes_count * area(size_),
+                              "a texture of " + text_of(size_) + " with " + std::to_string(planes_) +
+                                  (planes_ == 1 ? " plane" : " planes"));
+        const DevicePlanes planes = checked_grow(seed, field);
+        device_->copy(planes.values, {planes.lattice, 0, planes_count, 0, 0, size_}, target, 0);
+        device_->flush();
     }
 
     [[nodiscard]] Size size() const {
@@ -97,6 +96,19 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
     }
 
   private:
+    [[nodiscard]] DevicePlanes checked_grow(std::uint64_t seed, const ControlField& field) {
+        check(field);
+        if (field.size != size_ && field.size != lattice())
+            throw InputError("synthesise " + compact_text_of(size_) + " on this control field",
+                             "it is " + text_of(field.size), "give one of the texture's size");
+        if (field.regions > regions_)
+            throw InputError(
+                "synthesise on this control field",
+                "it has " + std::to_string(field.regions) + " regions, the model " + std::to_string(regions_),
+                "use labels below " + std::to_string(regions_));
+        return grow(seed, field.size == lattice() ? field : on_lattice(field, lattice()));
+    }
+
     static Size checked(const CompoundModel& model, Size size, bool allow_invalid) {
         check_synthesis(model, size, allow_invalid);
         return size;
@@ -111,7 +123,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
             "synthesise " + compact_text_of(size_) + " on device '" + device_->info().name + "'",
             "it takes " + std::to_string(static_cast<long long>(bytes / 1e6)) + " MB where " +
                 std::to_string(static_cast<long long>(device_->memory_limit() / 1e6)) + " may be used",
-            "give a smaller size, or a device with more memory");
+            "give a smaller size, allow more memory with --memory, or take a device that has more");
     }
 
     [[nodiscard]] DevicePlanes grow(std::uint64_t seed, const ControlField& field) {
@@ -160,6 +172,10 @@ Image CompoundSynthesiser::synthesise(std::uint64_t seed) {
 }
 Image CompoundSynthesiser::synthesise(std::uint64_t seed, const ControlField& field) {
     return impl_->synthesise(seed, field);
+}
+void CompoundSynthesiser::synthesise_to(std::uint64_t seed, const ControlField& field,
+                                        const DeviceMemory& target) {
+    impl_->synthesise_to(seed, field, target);
 }
 Size CompoundSynthesiser::size() const {
     return impl_->size();

@@ -3,11 +3,12 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
-#include <optional>
+#include <mutex>
 #include <string>
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/base/stop.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/criteria/colour_tree.hpp"
 #include "host/criteria/memd_search.hpp"
@@ -25,6 +26,9 @@ constexpr float largest = 1e15F;
 /// Spacing of float32 from here on is at least 2⁻⁶², its square no subnormal: devices that flush subnormals
 /// to 0 compute the same distances.
 constexpr float smallest = 0x1p-39F;
+
+/// Pixels between two times that a caller hears of the search, and may end it.
+constexpr std::size_t pixels_between_looks = 4096;
 
 /// y = v · (255 / white), pixel by pixel.
 Colours colours_of(const Image& image, double white, const char* which) {
@@ -103,6 +107,11 @@ class [[gnu::visibility("hidden")]] MemdReference::Impl {
         if (options_.local_errors) result.local_errors.assign(a_.pixels(), -1.0F);
         double sum = 0.0;
         const auto note = [&](std::size_t pixel, ColourKey key) {
+            if (pixel % pixels_between_looks == 0) {
+                stop_if_asked();
+                if (options_.progress)
+                    options_.progress(static_cast<double>(pixel) / static_cast<double>(count));
+            }
             const double error = local_error(key, options_.metric);
             sum += error;
             if (options_.local_errors) result.local_errors[pixel] = static_cast<float>(error);
@@ -111,8 +120,8 @@ class [[gnu::visibility("hidden")]] MemdReference::Impl {
         if (search == MemdSearch::host_tree) {
             take_all(a_, tree, note);
         } else {
-            if (!on_device_) on_device_ = device_->upload(a_.values);
-            take_all(*device_, a_, *on_device_, tree, options_.metric, device_->tuning().memd, note);
+            std::call_once(uploaded_, [&] { on_device_ = device_->upload(a_.values); });
+            take_all(*device_, a_, on_device_, tree, options_.metric, device_->tuning().memd, note);
         }
         result.memd = sum / static_cast<double>(count);
         result.memd_star = 100.0 * result.memd / memd_max(options_.metric, a_.planes);
@@ -125,7 +134,8 @@ class [[gnu::visibility("hidden")]] MemdReference::Impl {
     DeviceImpl* device_;
     MemdOptions options_;
     Colours a_;
-    std::optional<Buffer> on_device_;  ///< a_, once a device has searched
+    std::once_flag uploaded_;
+    Buffer on_device_;  ///< a_, once a device has searched
 };
 
 MemdReference::MemdReference(Device& device, const Image& a, const MemdOptions& options)

@@ -29,7 +29,6 @@ AnalysedLevel& AnalysedPicture::level(int factor, int count, int k) {
         if (count == 1) {
             gaussian_.emplace(last, AnalysedLevel(image_));
         } else {
-            const std::lock_guard working(*device_mutex_);
             std::vector<Image> levels = decompose(*device_, image_, count, factor);
             gaussian_.emplace(last, AnalysedLevel(std::move(levels.back())));
             levels.pop_back();

@@ -50,9 +50,7 @@ class AnalysedLevel {
 /// One kind of planes of the picture, and its pyramids.
 class AnalysedPicture {
   public:
-    /// \param device_mutex held while the device works
-    AnalysedPicture(Device& device, std::mutex& device_mutex, Image image)
-        : device_(&device), device_mutex_(&device_mutex), image_(std::move(image)) {}
+    AnalysedPicture(Device& device, Image image) : device_(&device), image_(std::move(image)) {}
 
     [[nodiscard]] const Image& image() const { return image_; }
     /// Level k of `count`: Laplacian but for the last, which is Gaussian.
@@ -62,7 +60,6 @@ class AnalysedPicture {
 
   private:
     Device* device_;
-    std::mutex* device_mutex_;
     Image image_;
     std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();
     std::map<std::pair<int, int>, AnalysedLevel> laplacian_, gaussian_;  ///< [factor, k]

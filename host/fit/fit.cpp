@@ -16,6 +16,7 @@
 #include "host/analysis/lag_products.hpp"
 #include "host/analysis/marginal_moments.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/fit/analysed_picture.hpp"
 #include "host/fit/correlated_support.hpp"
@@ -44,6 +45,7 @@ class Stopwatch {
         return std::chrono::duration<double>(start_ - before).count();
     }
     void report(std::string_view stage, double seconds) {
+        stop_if_asked();
         if (report_) report_(stage, seconds);
     }
 
@@ -280,7 +282,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         if (found != pictures_.end()) return found->second;
         if (kind == AnalysedPlanes::picture) {
             check_variation(image_);
-            return pictures_.try_emplace(kind, *device_, device_mutex_, image_).first->second;
+            return pictures_.try_emplace(kind, *device_, image_).first->second;
         }
         if (basis_.planes == 0) basis_ = spectral_basis(image_);
         Image eigenplanes = to_eigenplanes(basis_, image_);
@@ -289,7 +291,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
             marginals_ = std::move(gaussian.marginals);
             eigenplanes = std::move(gaussian.planes);
         }
-        return pictures_.try_emplace(kind, *device_, device_mutex_, std::move(eigenplanes)).first->second;
+        return pictures_.try_emplace(kind, *device_, std::move(eigenplanes)).first->second;
     }
 
     TextureModel fit_levels(AnalysedPicture & planes, AnalysedPlanes kind, const FitOptions& options,
@@ -318,6 +320,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         for (int k = 0; k < count; ++k) {
             static_cast<void>(planes.level(options.factor, count, k).statistic(box));
             fits[static_cast<size_t>(k)].statistic = watch.split();
+            stop_if_asked();
         }
         for_each_block(count, [&](int k) {
             Timed& own = fits[static_cast<size_t>(k)];
@@ -352,8 +355,8 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
     }
 
     Device* device_;
-    std::mutex device_mutex_, mutex_;  ///< the second: of what follows
     Image image_;
+    std::mutex mutex_;  ///< of what follows
     SpectralBasis basis_;
     std::vector<Marginal> marginals_;
     std::map<AnalysedPlanes, AnalysedPicture> pictures_;

@@ -198,6 +198,7 @@ std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Siz
         ones.values.assign(positions, 1.0F);
         weights = &ones;
     }
+    const std::lock_guard lock(mutex_);
     constexpr size_t kept_bytes = size_t{256} << 20;
     if (energies_.size() * positions * sizeof(float) > kept_bytes) energies_.clear();
     std::vector<const Energy*> energies(queries.size());

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -30,6 +31,7 @@ struct PositionWeights {
     float largest = 1.0F;
 };
 
+/// For any number of threads, one of which searches at a time.
 class BlockSearch {
   public:
     /// \param features outlive the search
@@ -59,6 +61,7 @@ class BlockSearch {
     Spectrum spectrum_;
     double norm_ = 0.0;   ///< √ Σ sample²
     SummedArea squares_;  ///< of the sample
+    std::mutex mutex_;    ///< of what follows
     std::map<std::tuple<int, int, Strips>, Energy> energies_;
     std::vector<float> host_scores_;
 };

@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/pyramid_stages.hpp"
+#include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/spectrum/certificate_text.hpp"
 #include "host/synthesis/causal_recursion.hpp"
@@ -120,24 +121,40 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
 
         const std::uint64_t seed = 0;
         {
-            const DeviceImpl::Rehearsal rehearsal(*device_);
+            const DeviceImpl::Rehearsal rehearsal;
             static_cast<void>(grow({&seed, 1}));
         }
         device_->finish();
     }
 
-    [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds) {
+    [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds,
+                                                const std::function<void(double)>& progress) {
         std::vector<Image> images;
         images.reserve(seeds.size());
-        for (std::size_t first = 0; first < seeds.size(); first += static_cast<std::size_t>(batch_)) {
-            const auto some =
-                seeds.subspan(first, std::min(static_cast<std::size_t>(batch_), seeds.size() - first));
+        in_batches(seeds, [&](std::span<const std::uint64_t> some, std::size_t first) {
             const DevicePlanes planes = grow(some);
             // While the device works: touching memory for the first time takes as long as a kernel.
             for (std::size_t i = 0; i < some.size(); ++i) images.emplace_back(layout_.size, planes_, space_);
             for (std::size_t i = 0; i < some.size(); ++i) download(planes, i, images[first + i]);
-        }
+            if (progress) progress(static_cast<double>(images.size()) / static_cast<double>(seeds.size()));
+        });
         return images;
+    }
+
+    void synthesise_to(std::span<const std::uint64_t> seeds, const DeviceMemory& target) {
+        const std::size_t values = static_cast<std::size_t>(planes_) * area(layout_.size);
+        device_->check_target(target, sizeof(float) * values * seeds.size(),
+                              std::to_string(seeds.size()) + (seeds.size() == 1 ? " texture" : " textures") +
+                                  " of " + text_of(layout_.size) + " with " + std::to_string(planes_) +
+                                  (planes_ == 1 ? " plane" : " planes"));
+        in_batches(seeds, [&](std::span<const std::uint64_t> some, std::size_t first) {
+            const DevicePlanes planes = grow(some);
+            device_->copy(planes.values,
+                          {planes.lattice, 0, some.size() * static_cast<std::size_t>(planes_),
+                           layout_.crop.row, layout_.crop.column, layout_.size},
+                          target, first * values);
+            device_->flush();
+        });
     }
 
     [[nodiscard]] Size size() const {
@@ -199,7 +216,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
                               gigabytes(device_->memory_limit()) + " may be used, at most " +
                               gigabytes(static_cast<double>(device_->largest_allocation())) + " in one piece",
                           "give a size up to about " + compact_size_text(fitting, fitting) +
-                              ", or a device with more memory");
+                              ", allow more memory with --memory, or take a device that has more");
     }
 
     /// What the level of this number adds to every pixel.
@@ -238,6 +255,16 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
             spare -= factors.stored_bytes();
             levels_.emplace_back(std::move(factors));
             static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
+        }
+    }
+
+    /// work(seeds of a batch, number of the first)
+    template <class Work>
+    void in_batches(std::span<const std::uint64_t> seeds, Work work) const {
+        const auto most = static_cast<std::size_t>(batch_);
+        for (std::size_t first = 0; first < seeds.size(); first += most) {
+            stop_if_asked();
+            work(seeds.subspan(first, std::min(most, seeds.size() - first)), first);
         }
     }
 
@@ -335,10 +362,17 @@ Synthesiser::Synthesiser(Synthesiser&&) noexcept = default;
 Synthesiser& Synthesiser::operator=(Synthesiser&&) noexcept = default;
 
 Image Synthesiser::synthesise(std::uint64_t seed) {
-    return std::move(impl_->synthesise(std::span<const std::uint64_t>(&seed, 1)).front());
+    return std::move(impl_->synthesise(std::span<const std::uint64_t>(&seed, 1), {}).front());
 }
 std::vector<Image> Synthesiser::synthesise(std::span<const std::uint64_t> seeds) {
-    return impl_->synthesise(seeds);
+    return impl_->synthesise(seeds, {});
+}
+std::vector<Image> Synthesiser::synthesise(std::span<const std::uint64_t> seeds,
+                                           const std::function<void(double)>& progress) {
+    return impl_->synthesise(seeds, progress);
+}
+void Synthesiser::synthesise_to(std::span<const std::uint64_t> seeds, const DeviceMemory& target) {
+    impl_->synthesise_to(seeds, target);
 }
 Size Synthesiser::size() const {
     return impl_->size();

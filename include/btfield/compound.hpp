@@ -99,7 +99,7 @@ struct CompoundOptions {
     /// small), factor, estimator, noise, marginals, prior and moving_average count; the rest is not read.
     FitOptions local = local_defaults();
     /// Called with stage names ("control field", "conditional mean", "regions") and the seconds each
-    /// took.
+    /// took, in the caller's thread; what it throws ends the fit.
     std::function<void(std::string_view stage, double seconds)> progress;
 
     /// P1's: 3d-ma of order 3.
@@ -117,7 +117,7 @@ struct CompoundOptions {
 ///     below 16 pixels or above 16384
 BTFIELD_API void check_synthesis(const CompoundModel& model, Size size, bool allow_invalid = false);
 
-/// Holds what textures of one model and size share. For one thread at a time, as its device is.
+/// Holds what textures of one model and size share. Any number of threads may ask one for textures at a time.
 class BTFIELD_API CompoundSynthesiser {
   public:
     /// \param device is to outlive it; the model need not
@@ -136,6 +136,9 @@ class BTFIELD_API CompoundSynthesiser {
     /// Texture on this control field, of size() or lattice() size.
     /// \throws InputError when it has another size, or more regions than the model
     [[nodiscard]] Image synthesise(std::uint64_t seed, const ControlField& field);
+    /// The same texture in device memory, as Synthesiser::synthesise_to() has it.
+    /// \throws InputError as above, or when the memory is of another device's context or too small
+    void synthesise_to(std::uint64_t seed, const ControlField& field, const DeviceMemory& target);
 
     [[nodiscard]] Size size() const;
     /// Lattice that is computed before cropping.

@@ -31,6 +31,12 @@ class BTFIELD_API InputError : public Error {
     using Error::Error;
 };
 
+/// A StopScope of the caller's (btfield/stop.hpp) ended the work: nothing is wrong.
+class BTFIELD_API Stopped : public Error {
+  public:
+    using Error::Error;
+};
+
 /// An OpenCL call, kernel build or allocation failed, or no such device exists (exit code 3).
 class BTFIELD_API DeviceError : public Error {
   public:

@@ -94,8 +94,8 @@ struct FitOptions {
     BayesPrior prior;
     MaOptions moving_average;
     /// Called with stage names ("planes", "pyramid", "lag covariances", "fit", "gains") and the seconds each
-    /// took; those of a level come once per level, and share out the time that levels took together. From
-    /// another thread than the caller's where several fits run at a time.
+    /// took; those of a level come once per level, and share out the time that levels took together. In the
+    /// caller's thread, but of fit_all() in any and in several at a time; what it throws ends the fit.
     std::function<void(std::string_view stage, double seconds)> progress;
 };
 
@@ -116,8 +116,8 @@ class BTFIELD_API Analysis {
     [[nodiscard]] const Image& image() const;
 
     /// Fits every level. Deterministic, and independent of the fits before; those of larger orders first
-    /// spare the lag covariances a second pass. A fit that throws spoils no other. May be called from several
-    /// threads at a time, as long as nothing else uses the device.
+    /// spare the lag covariances a second pass. A fit that throws spoils no other. May be called from any
+    /// number of threads at a time.
     /// \throws InputError when picture or options cannot give a model: a constant picture, a constant plane
     ///     where planes are modelled as they are (3D without marginals), a level smaller than the support
     ///     (the message says how many levels fit), acausal CAR support, singular normal equations

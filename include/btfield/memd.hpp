@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -47,6 +48,9 @@ struct MemdOptions {
     std::array<double, 2> white{1.0, 1.0};
     bool local_errors = false;  ///< fill Memd::local_errors
     MemdSearch search = MemdSearch::automatic;
+    /// Called now and then with the share of the pixels that are found, in the caller's thread; what it
+    /// throws ends the search.
+    std::function<void(double)> progress{};
 };
 
 struct Memd {
@@ -73,7 +77,7 @@ struct Memd {
                                     Metric metric = Metric::max);
 
 /// One reference A held against many candidates: A's colours are prepared once, and stay on a device that
-/// searches. The device is to outlive it.
+/// searches. The device is to outlive it. Any number of threads may ask at a time.
 class BTFIELD_API MemdReference {
   public:
     MemdReference(Device& device, const Image& a, const MemdOptions& options = {});

@@ -52,7 +52,8 @@ struct RollerOptions {
 };
 
 /// Cuts one sample. Patches are compared on the planes of all its pictures, whose variances count alike, in
-/// integers of 11 bits: a choice is the same on every device.
+/// integers of 11 bits: a choice is the same on every device. Any number of threads may roll at a time; they
+/// take turns at the search.
 class BTFIELD_API Roller {
   public:
     /// \param sample pictures of one size, registered: colour, height, labels, ...

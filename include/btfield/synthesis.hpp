@@ -4,6 +4,7 @@
 /// From a model to new texture of any size (theory 14).
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -51,7 +52,7 @@ struct SynthesisOptions {
 BTFIELD_API void check_synthesis(const TextureModel& model, Size size, const SynthesisOptions& options = {});
 
 /// Holds plans and per-frequency factors for one model and size; textures of a seed or a batch of seeds reuse
-/// them. For one thread at a time, as its device is.
+/// them. Any number of threads may ask one for textures at a time.
 class BTFIELD_API Synthesiser {
   public:
     /// \param device is to outlive it; the model need not
@@ -70,6 +71,14 @@ class BTFIELD_API Synthesiser {
     [[nodiscard]] Image synthesise(std::uint64_t seed);
     /// One texture per seed, each equal to synthesise(seed).
     [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds);
+    /// synthesise(seeds) that tells, in the caller's thread, the share of the textures that are done whenever
+    /// some are; what `progress` throws ends the work.
+    [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds,
+                                                const std::function<void(double)>& progress);
+    /// The textures in device memory, [texture][plane][row][column], float32 without padding. Returns when
+    /// all is enqueued: what is enqueued on the device's queue later sees them, and Device::finish() waits.
+    /// \throws InputError when the memory is of another device's context or too small
+    void synthesise_to(std::span<const std::uint64_t> seeds, const DeviceMemory& target);
 
     [[nodiscard]] Size size() const;
     /// Lattice that is computed before cropping; on a torus it equals size() when that suits pyramid and FFT.

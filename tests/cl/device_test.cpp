@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
+#include <ctime>
+#include <limits>
 #include <optional>
 
 #include "btfield/error.hpp"
@@ -305,6 +308,77 @@ TEST(Device, NoProfileUnlessAskedFor) {
     launch_something(device);
     EXPECT_TRUE(device.take_profile().empty());
     EXPECT_EQ(device.launch_count(), 1U);
+}
+
+/// The CPU device of the machine, of which parts can be had.
+DeviceInfo cpu_device() {
+    return Device("cpu").info();
+}
+
+/// Processor time of this process over the time that passes while the device draws noise.
+double cores_in_use(Device& device) {
+    DeviceImpl& impl = device.impl();
+    const Buffer field = impl.buffer(sizeof(float) << 22), keys = test::upload_seeds(device, {1});
+    const auto draw = [&] {
+        for (int repeat = 0; repeat < 20; ++repeat)
+            impl.launch(impl.kernel("noise", "normal_field", impl.lanes()),
+                        {(1 << 12) / static_cast<std::size_t>(device.vector_width()), 1024}, Grain::fine,
+                        field, keys, int{1024}, int{1 << 12}, int{1}, std::uint32_t{0});
+        impl.finish();
+    };
+    draw();
+    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t before = std::clock();
+    draw();
+    const double processor = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    return processor / std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+TEST(Device, ThreadsOfACpuAreAsManyAsAskedFor) {
+    DeviceOptions options;
+    options.threads = 1;
+    Device one("cpu", options);
+    EXPECT_EQ(one.info().compute_units, 1);
+    EXPECT_EQ(one.info().name, cpu_device().name);
+    EXPECT_LT(cores_in_use(one), 1.2);
+    options.threads = 1000000;
+    EXPECT_EQ(Device("cpu", options).info().compute_units, cpu_device().compute_units);
+    options.threads = -1;
+    EXPECT_THROW(Device("cpu", options), InputError);
+}
+
+TEST(Device, ThreadsFollowTheEnvironment) {
+    {
+        const Environment one("BTFIELD_THREADS", "1");
+        EXPECT_EQ(cpu_device().compute_units, 1);
+    }
+    for (const char* text : {"0", "-1", "two", "1.5", "99999999999"}) {
+        const Environment wrong("BTFIELD_THREADS", text);
+        try {
+            Device device("cpu");
+            ADD_FAILURE() << text;
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("'" + std::string(text) + "'"), std::string::npos)
+                << error.what();
+        }
+    }
+}
+
+TEST(Device, MemoryIsPlannedAsAskedFor) {
+    Device all;
+    const auto whole = static_cast<double>(all.info().memory_bytes);
+    EXPECT_LT(all.impl().memory_limit(), whole);
+    DeviceOptions options;
+    options.memory_bytes = 5'000'000;
+    EXPECT_EQ(Device({}, options).impl().memory_limit(), 5e6);
+    options.memory_bytes = std::numeric_limits<std::uint64_t>::max();
+    EXPECT_EQ(Device({}, options).impl().memory_limit(), whole);
+    const Environment environment("BTFIELD_MEMORY", "7M");
+    EXPECT_EQ(Device().impl().memory_limit(), 7e6);
+    options.memory_bytes = 5'000'000;
+    EXPECT_EQ(Device({}, options).impl().memory_limit(), 5e6);
+    const Environment wrong("BTFIELD_MEMORY", "much");
+    EXPECT_THROW(Device(), InputError);
 }
 
 TEST(Device, CacheFolderFollowsOptionsThenEnvironment) {

@@ -1,0 +1,23 @@
+#pragma once
+
+// What the environment lets btfield use.
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace btfield::detail {
+
+/// Bytes of "1500000", "500M", "2.5G", "2.5GB": K, M, G and T are powers of 1000. Nothing for other text,
+/// less than a byte, or more than 2^63.
+[[nodiscard]] std::optional<std::uint64_t> parse_bytes(std::string_view text);
+
+/// $BTFIELD_THREADS; 0 without.
+/// \throws InputError when it is no whole number from 1 on
+[[nodiscard]] int threads_of_environment();
+
+/// Bytes that $BTFIELD_MEMORY says; 0 without.
+/// \throws InputError when parse_bytes() knows nothing of it
+[[nodiscard]] std::uint64_t memory_of_environment();
+
+}  // namespace btfield::detail

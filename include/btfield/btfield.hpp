@@ -1,0 +1,31 @@
+#pragma once
+
+/// \file
+/// All of the library, but for experiments, which are one of their own (btfield/experiment.hpp). Programs
+/// that name the headers they need compile faster.
+
+#include "btfield/api.hpp"             // IWYU pragma: export
+#include "btfield/certificate.hpp"     // IWYU pragma: export
+#include "btfield/compound.hpp"        // IWYU pragma: export
+#include "btfield/control_field.hpp"   // IWYU pragma: export
+#include "btfield/criteria.hpp"        // IWYU pragma: export
+#include "btfield/device.hpp"          // IWYU pragma: export
+#include "btfield/device_opencl.hpp"   // IWYU pragma: export
+#include "btfield/error.hpp"           // IWYU pragma: export
+#include "btfield/fit.hpp"             // IWYU pragma: export
+#include "btfield/image.hpp"           // IWYU pragma: export
+#include "btfield/image_io.hpp"        // IWYU pragma: export
+#include "btfield/lag_covariance.hpp"  // IWYU pragma: export
+#include "btfield/marginals.hpp"       // IWYU pragma: export
+#include "btfield/memd.hpp"            // IWYU pragma: export
+#include "btfield/model_file.hpp"      // IWYU pragma: export
+#include "btfield/models.hpp"          // IWYU pragma: export
+#include "btfield/neighbourhood.hpp"   // IWYU pragma: export
+#include "btfield/pyramid.hpp"         // IWYU pragma: export
+#include "btfield/roller.hpp"          // IWYU pragma: export
+#include "btfield/spectral_basis.hpp"  // IWYU pragma: export
+#include "btfield/stop.hpp"            // IWYU pragma: export
+#include "btfield/synthesis.hpp"       // IWYU pragma: export
+#include "btfield/theory.hpp"          // IWYU pragma: export
+#include "btfield/threads.hpp"         // IWYU pragma: export
+#include "btfield/version.hpp"         // IWYU pragma: export
