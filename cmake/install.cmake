@@ -1,5 +1,5 @@
-# Libraries, command with its completions and manual pages, headers, CMake package and pkg-config files. Components are
-# those of packages: library, experiment, command, development.
+# Libraries, command with its completions, manual pages and documents, headers, CMake package and pkg-config files.
+# Components are those of packages: library, experiment, command, development.
 include(CMakePackageConfigHelpers)
 
 install(TARGETS btfield EXPORT btfield_targets
@@ -31,6 +31,16 @@ install(FILES ${texts}/_btfield DESTINATION ${BTFIELD_ZSH_COMPLETIONS} COMPONENT
 install(FILES ${texts}/btfield.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT command)
 install(DIRECTORY ${texts}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT command)
 
+# Documents as messages and each other name them: docs/NAME beside README.md. A program to paste from belongs to those
+# who compile.
+set(documents ${CMAKE_INSTALL_DATADIR}/doc/btfield)
+install(FILES README.md CITATION.cff DESTINATION ${documents} COMPONENT command)
+install(DIRECTORY docs DESTINATION ${documents} COMPONENT command)
+install(DIRECTORY examples DESTINATION ${documents} COMPONENT development FILES_MATCHING PATTERN "*.cpp")
+if(NOT BTFIELD_PACKAGES)  # which have them in the form that Debian wants
+    install(FILES LICENSE CHANGELOG.md DESTINATION ${documents} COMPONENT command)
+endif()
+
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/btfield)
 install(EXPORT btfield_targets NAMESPACE btfield:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(cmake/btfield-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/btfield-config.cmake
@@ -41,6 +51,11 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/btfield-config.cmake ${CMAKE_CURRENT_B
         DESTINATION ${package_dir} COMPONENT development)
 
 file(RELATIVE_PATH PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)  # wherever the tree is moved to
+# A program finds the library where it was linked to it, in a folder of one's own too; packages install where the loader
+# looks.
+if(BUILD_SHARED_LIBS AND NOT CMAKE_SKIP_INSTALL_RPATH)
+    set(PC_RPATH " -Wl,-rpath,\${libdir}")
+endif()
 # pkg-config wants private requirements to be installed even where it only lists flags: a shared library names none.
 if(NOT BUILD_SHARED_LIBS)
     set(PC_PRIVATE "Requires.private: OpenCL clFFT OpenImageIO libpng\nLibs.private: -pthread")

@@ -16,13 +16,12 @@ check() { # check PREFIX PKG_CONFIG_FLAGS...
     cmake --build "$prefix/consumer" -- --quiet
     "$prefix/consumer/consumer"
 
-    local pc flags libdir
+    local pc flags
     pc=$(find "$prefix" -name btfield.pc)
-    libdir=$(dirname "$(dirname "$pc")")
     flags=$(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config "$@" --cflags --libs btfield)
     # shellcheck disable=SC2086  # the flags are words
     "$compiler" -std=c++20 "$source/tests/consumer/consumer.cpp" $flags -o "$prefix/by_pkg_config"
-    LD_LIBRARY_PATH=$libdir "$prefix/by_pkg_config"
+    "$prefix/by_pkg_config"  # which finds the library where it was linked to it
 }
 
 echo "As built, moved after installing"
@@ -34,6 +33,12 @@ for text in man/man1/btfield.1 man/man1/btfield-experiment-run.1 bash-completion
     zsh/site-functions/_btfield fish/vendor_completions.d/btfield.fish; do
     [[ -s $work/moved/share/$text ]] || { echo "share/$text is not installed"; exit 1; }
 done
+
+for document in LICENSE README.md CHANGELOG.md CITATION.cff docs/library.md docs/command-line.md docs/models/3d-car.md \
+    docs/experiment.schema.json examples/opencl_program.cpp; do
+    [[ -s $work/moved/share/doc/btfield/$document ]] || { echo "$document is not installed"; exit 1; }
+done
+"$work/moved/bin/btfield" --help | grep -q share/doc/btfield || { echo "the command does not say where documents are"; exit 1; }
 
 echo "Public names and no others"
 for library in "$work"/moved/lib*/libbtfield.so "$work"/moved/lib*/*/libbtfield.so \

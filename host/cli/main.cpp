@@ -16,6 +16,7 @@
 #include "btfield/error.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 
 namespace {
@@ -92,16 +93,21 @@ void describe(CLI::App& app, cli::Action& action, bool& verbose) {
     app.set_version_flag("--version", "btfield " BTFIELD_VERSION, "print the version")->group(cli::general);
     app.add_flag("--verbose", verbose, "show the build log when a kernel does not compile")
         ->group(cli::general);
+    cli::add_limits(app);
     app.require_subcommand(1);
-    cli::set_guide(app, {.usual = {{"btfield fit cork.png -o cork.json"},
-                                   {"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
-                                   {"btfield compare cork.png cork-4x.png"}},
-                         .notes = {"'btfield COMMAND --help' shows the options of a command.",
-                                   "Exit codes: 0 done, 1 the request cannot be met, 2 wrong usage, 3 device "
-                                   "failure.",
-                                   "Environment: BTFIELD_DEVICE, the device where --device names none; "
-                                   "BTFIELD_CACHE_DIR, where built kernels are kept (default: "
-                                   "btfield in XDG_CACHE_HOME, or in ~/.cache)."}});
+    cli::set_guide(app,
+                   {.usual = {{"btfield fit cork.png -o cork.json"},
+                              {"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
+                              {"btfield compare cork.png cork-4x.png"}},
+                    .notes = {"'btfield COMMAND --help' shows the options of a command.",
+                              "Documents that messages name as docs/NAME are in share/doc/btfield, below "
+                              "the folder that btfield was installed into.",
+                              "Exit codes: 0 done, 1 the request cannot be met, 2 wrong usage, 3 device "
+                              "failure.",
+                              "Environment: BTFIELD_DEVICE, the device where --device names none; "
+                              "BTFIELD_THREADS and BTFIELD_MEMORY, in place of --threads and --memory; "
+                              "BTFIELD_CACHE_DIR, where built kernels are kept (default: "
+                              "btfield in XDG_CACHE_HOME, or in ~/.cache)."}});
     cli::add_fit(app, action);
     cli::add_synth(app, action);
     cli::add_roll(app, action);

@@ -4,9 +4,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <system_error>
 
+#include "host/base/limits.hpp"
 #include "host/cli/command_text.hpp"
 
 namespace btfield::cli {
@@ -149,6 +151,33 @@ CLI::Option* add_device(CLI::App& app, std::string& spec) {
         .add_option("--device", spec,
                     "auto, cpu, gpu, PLATFORM:DEVICE or part of a name (default: $BTFIELD_DEVICE, else auto)")
         ->type_name("SPEC")
+        ->group(general);
+}
+
+void add_limits(CLI::App& app) {
+    const auto threads = [](const std::string& text) {
+        if (!parse_number(text, 1, largest_side))
+            throw CLI::ValidationError("--threads", "'" + text + "' is not a whole number from 1 to " +
+                                                        std::to_string(largest_side));
+        ::setenv("BTFIELD_THREADS", text.c_str(), 1);
+        ::setenv("OPENIMAGEIO_THREADS", text.c_str(), 1);  // of the codecs
+    };
+    app.add_option_function<std::string>(
+           "--threads", threads,
+           "cores to take at most, a CPU device's included (default: $BTFIELD_THREADS, "
+           "else all)")
+        ->type_name("N")
+        ->group(general);
+    const auto memory = [](const std::string& text) {
+        if (!detail::parse_bytes(text))
+            throw CLI::ValidationError("--memory",
+                                       "'" + text + "' is not a number of bytes, such as 500M or 4G");
+        ::setenv("BTFIELD_MEMORY", text.c_str(), 1);
+    };
+    app.add_option_function<std::string>("--memory", memory,
+                                         "device memory to plan with at most, such as 500M or 4G (default: "
+                                         "$BTFIELD_MEMORY, else 70 % of a CPU device's, 90 % of another's)")
+        ->type_name("BYTES")
         ->group(general);
 }
 

@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
+#include "btfield/threads.hpp"
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/ledger.hpp"
 #include "host/experiment/messages.hpp"
@@ -33,7 +34,7 @@ int thread_count(const ExperimentRunOptions& options) {
     if (options.jobs > 0) return options.jobs;
     if (options.ranks != nullptr && options.ranks->size() > 1)
         return 1;  // whoever starts ranks counts the cores
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    return thread_limit();
 }
 
 /// \throws InputError where the name is that of something else

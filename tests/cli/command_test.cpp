@@ -205,6 +205,39 @@ TEST(CliCommand, PlainReports) {
     EXPECT_EQ(read_picture(folder / "t.png").image.size(), (Size{256, 256}));  // as the analysed picture
 }
 
+// Limits
+// ------------------------------------------------------------------------------------------------------
+
+TEST(CliCommand, ThreadsAndMemoryAreBounded) {
+    const TemporaryFolder folder;
+    put_model(folder / "m.json");
+    const Surroundings here{.folder = folder.path().string()};
+    EXPECT_EQ(btfield({"synth", "m.json", "-o", "all.png", "--size", "64x64"}, here).code, 0);
+    for (const Words& words :
+         {Words{"--threads", "1", "synth", "m.json", "-o", "one.png", "--size", "64x64"},
+          Words{"synth", "m.json", "-o", "one.png", "--size", "64x64", "--threads=1", "--memory", "1G"}}) {
+        const Ended ended = btfield(words, here);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        EXPECT_EQ(test::bytes_of(folder / "one.png"), test::bytes_of(folder / "all.png"));
+    }
+    expect_failure(
+        {"synth", "m.json", "-o", "large.png", "--size", "4096x4096", "--memory", "20MB", "--device", "cpu"},
+        3, "0.0 GB may be used", here);
+    expect_failure({"synth", "m.json", "-o", "large.png", "--size", "4096x4096", "--memory", "20MB"}, 3,
+                   "allow more memory with --memory", here);
+    EXPECT_FALSE(std::filesystem::exists(folder / "large.png"));
+    for (const char* threads : {"0", "-1", "two", "1.5", ""})
+        expect_failure({"info", "m.json", "--threads", threads}, 2, "--threads", here);
+    for (const char* memory : {"0", "much", "4 G", "-1G", ""})
+        expect_failure({"info", "m.json", "--memory", memory}, 2, "--memory", here);
+    const Words with_environment{"/usr/bin/env", "BTFIELD_THREADS=none", BTFIELD_CLI, "synth", "m.json", "-o",
+                                 "t.png"};
+    const Ended ended = test::run_program(with_environment, here);
+    EXPECT_EQ(ended.code, 1);
+    EXPECT_EQ(ended.err.rfind("btfield: use as many threads as $BTFIELD_THREADS says: it is 'none'", 0), 0U)
+        << ended.err;
+}
+
 // Streams
 // ------------------------------------------------------------------------------------------------------
 

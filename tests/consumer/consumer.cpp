@@ -1,10 +1,9 @@
 // A program outside the project: it sees what an installation offers and nothing else.
-#include <btfield/error.hpp>
-#include <btfield/fit.hpp>
-#include <btfield/model_file.hpp>
-#include <btfield/synthesis.hpp>
+#include <btfield/btfield.hpp>
 #include <cmath>
 #include <cstdio>
+
+static_assert(BTFIELD_VERSION_NUMBER >= 100, "0.1.0 or later");
 
 int main() {
     // A smoothed pseudo-random pattern is texture enough for a fit.
@@ -20,6 +19,7 @@ int main() {
         for (int c = 0; c < size.width; ++c)
             image.at(0, r, c) = 0.5F * noise.at(0, r, c) + 0.3F * noise.at(0, r, (c + 1) % size.width) +
                                 0.2F * noise.at(0, (r + 1) % size.height, c);
+    if (btfield::version() != BTFIELD_VERSION) return 1;
     try {
         btfield::Device device;
         btfield::FitOptions options;
