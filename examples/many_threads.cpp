@@ -21,7 +21,7 @@
 namespace {
 
 /// Textures of other and other seeds until it is told to stop.
-void grow(std::stop_token token, btfield::Synthesiser& synthesiser, std::atomic<std::uint64_t>& seeds,
+void grow(const std::stop_token& token, btfield::Synthesiser& synthesiser, std::atomic<std::uint64_t>& seeds,
           std::atomic<int>& textures) {
     const btfield::StopScope scope([token] { return token.stop_requested(); });
     try {
@@ -44,9 +44,12 @@ void run(const char* path, double seconds) {
     std::atomic<std::uint64_t> seeds{0};
     std::atomic<int> textures{0};
     {
+        constexpr int count = 4;
         std::vector<std::jthread> threads;  // which ask to stop, and wait, when they end
-        for (int t = 0; t < 4; ++t)
-            threads.emplace_back([&](std::stop_token token) { grow(token, synthesiser, seeds, textures); });
+        threads.reserve(count);
+        for (int t = 0; t < count; ++t)
+            threads.emplace_back(
+                [&](const std::stop_token& token) { grow(token, synthesiser, seeds, textures); });
         std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     }
     std::printf("%d textures of 256 x 256 by 4 threads in %.1f s\n", textures.load(), seconds);
