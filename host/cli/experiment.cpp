@@ -2,21 +2,28 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/text_table.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/mpi_ranks.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/criteria/metric_names.hpp"
 #include "host/experiment/experiment_names.hpp"
+#include "host/fit/fit_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -225,15 +232,84 @@ void add_run(CLI::App& parent, Action& action) {
 
 struct TableOptions {
     std::string database;
+    ExperimentTableOptions tables;
     TableFormat format = TableFormat::text;
     bool json = false;
 };
 
-Json cell_json(const ExperimentTable::Cell& cell) {
+/// Parts of a list, "a,b".
+std::vector<std::string> parts_of(const std::string& text) {
+    std::vector<std::string> parts{""};
+    for (const char c : text) {
+        if (c == ',') {
+            parts.emplace_back();
+        } else {
+            parts.back() += c;
+        }
+    }
+    return parts;
+}
+
+void add_table_options(CLI::App& command, ExperimentTableOptions& options) {
+    const auto read = [&options](const std::string& text) {
+        for (const std::string& part : parts_of(text)) {
+            if (part != "noise" && part != "gains" && part != "estimator")
+                throw CLI::ValidationError("--by", "'" + part + "' is none of noise, gains, estimator");
+            (part == "noise"   ? options.by_noise
+             : part == "gains" ? options.by_gains
+                               : options.by_estimator) = true;
+        }
+    };
+    command
+        .add_option_function<std::string>("--by", read,
+                                          "tables apart by noise, gains, estimator, or several of them")
+        ->type_name("WHAT,…");
+    CLI::Option* name =
+        command
+            .add_option("--configuration", options.configuration,
+                        "whose pictures and settings count, by its name (default: the one that was run last)")
+            ->type_name("NAME");
+    command
+        .add_flag("--all-configurations", options.all_configurations,
+                  "tables of every configuration that was run into the database, each by itself")
+        ->excludes(name);
+}
+
+/// What does not count, so that nobody takes tables for those of the whole database.
+void warn_of_others(const std::string& database, const ExperimentTableOptions& options,
+                    const ExperimentContents& contents) {
+    if (options.all_configurations || contents.configurations.empty()) return;
+    const auto shown = options.configuration.empty()
+                           ? contents.configurations.begin()
+                           : std::ranges::find(contents.configurations, options.configuration,
+                                               &ExperimentContents::Configuration::name);
+    if (shown == contents.configurations.end() || shown->jobs == contents.jobs) return;
+    const std::uint64_t others = contents.jobs - shown->jobs;
+    warn(std::to_string(others) + " of the " + std::to_string(contents.jobs) + " jobs in '" + database +
+         (others == 1 ? "' is" : "' are") + " of pictures or settings that '" + shown->name +
+         "' does not have, and " + (others == 1 ? "does" : "do") +
+         " not count; see --all-configurations, and 'experiment forget --stale'");
+}
+
+Json contents_json(const ExperimentContents& contents) {
+    Json list = Json::array();
+    for (const ExperimentContents::Configuration& configuration : contents.configurations) {
+        Json entry;
+        entry["name"] = configuration.name;
+        entry["last_run"] = configuration.last_run;
+        entry["jobs"] = configuration.jobs;
+        list.push_back(std::move(entry));
+    }
+    return list;
+}
+
+/// \param of pictures of the column
+Json cell_json(const ExperimentTable::Cell& cell, int of) {
     Json object;
     object["mean"] = number(cell.mean);
     object["std"] = number(cell.deviation);
     object["pictures"] = cell.pictures;
+    object["of"] = of;
     return object;
 }
 
@@ -243,8 +319,9 @@ Json table_json(const ExperimentTable& table) {
         Json entry;
         entry["model"] = row.model;
         entry["materials"] = Json::array();
-        for (const ExperimentTable::Cell& cell : row.materials) entry["materials"].push_back(cell_json(cell));
-        entry["all"] = cell_json(row.all);
+        for (std::size_t m = 0; m < row.materials.size(); ++m)
+            entry["materials"].push_back(cell_json(row.materials[m], table.pictures[m]));
+        entry["all"] = cell_json(row.all, table.all_pictures);
         models.push_back(std::move(entry));
     }
     Json materials = Json::array();
@@ -261,8 +338,12 @@ Json table_json(const ExperimentTable& table) {
         materials.push_back(std::move(entry));
     }
     Json object;
+    object["configuration"] = table.configuration;
     object["metric"] = table.metric;
     object["marginals"] = table.marginals;
+    object["noise"] = table.noise;
+    object["gains"] = table.gains;
+    object["estimator"] = table.estimators;
     object["materials"] = std::move(materials);
     object["models"] = std::move(models);
     object["done"] = table.done;
@@ -272,7 +353,9 @@ Json table_json(const ExperimentTable& table) {
 }
 
 void run_table(const TableOptions& options) {
-    const std::vector<ExperimentTable> tables = experiment_tables(options.database);
+    const std::vector<ExperimentTable> tables = experiment_tables(options.database, options.tables);
+    const ExperimentContents contents = experiment_contents(options.database);
+    warn_of_others(options.database, options.tables, contents);
     if (!options.json) {
         emit_text(format_tables(tables, options.format));
         return;
@@ -280,6 +363,8 @@ void run_table(const TableOptions& options) {
     Json object;
     object["tables"] = Json::array();
     for (const ExperimentTable& table : tables) object["tables"].push_back(table_json(table));
+    object["configurations"] = contents_json(contents);
+    object["jobs"] = contents.jobs;
     emit_json(object);
 }
 
@@ -291,9 +376,14 @@ void add_table(CLI::App& parent, Action& action) {
         ->required()
         ->type_name("");
     add_choice(*command, "--format", options->format, "of the table (default: text)");
+    add_table_options(*command, options->tables);
     add_json(*command, options->json);
-    set_guide(*command, {.usual = {{"btfield experiment table sand.db"}},
-                         .more = {{"btfield experiment table sand.db --format latex"}}});
+    set_guide(*command,
+              {.usual = {{"btfield experiment table sand.db"}},
+               .more = {{"btfield experiment table sand.db --format latex"},
+                        {"btfield experiment table sand.db --by noise,estimator"}},
+               .notes = {"Jobs of pictures and settings that the configuration does not have do not "
+                         "count. LaTeX needs the package booktabs."}});
     command->callback([options, &action] { action = [options] { run_table(*options); }; });
 }
 
@@ -325,6 +415,7 @@ void add_merge(CLI::App& parent, Action& action) {
 
 struct ReportOptions {
     std::string database, page;
+    ExperimentTableOptions tables;
     int pictures = 24;
     bool json = false;
 };
@@ -340,12 +431,14 @@ void add_report(CLI::App& parent, Action& action) {
         ->type_name("PAGE.html");
     add_int(*command, "--pictures", options->pictures, 0, 100000,
             "pictures that are shown one by one at most (default: 24)");
+    add_table_options(*command, options->tables);
     add_json(*command, options->json);
     set_guide(*command, {.usual = {{"btfield experiment report sand.db --out sand.html"}},
                          .notes = {"Textures are shown where 'experiment run --synth-out' has kept them."}});
     command->callback([options, &action] {
         action = [options] {
-            write_experiment_report(options->database, options->page, options->pictures);
+            write_experiment_report(options->database, options->page, options->pictures, options->tables);
+            warn_of_others(options->database, options->tables, experiment_contents(options->database));
             if (options->json) {
                 Json object;
                 object["output"] = options->page;
@@ -357,6 +450,142 @@ void add_report(CLI::App& parent, Action& action) {
     });
 }
 
+struct ForgetOptions {
+    std::string database;
+    ExperimentForget which;
+    bool json = false;
+};
+
+Json forgotten_json(const ForgottenJobs& forgotten, bool dry_run) {
+    Json parts = Json::array();
+    for (const ForgottenJobs::Part& part : forgotten.parts) {
+        Json entry;
+        entry["picture"] = part.picture;
+        entry["model"] = part.model;
+        entry["done"] = part.done;
+        entry["refused"] = part.refused;
+        entry["failed"] = part.failed;
+        parts.push_back(std::move(entry));
+    }
+    Json object;
+    object["dry_run"] = dry_run;
+    object["jobs"] = forgotten.jobs;
+    object["done"] = forgotten.done;
+    object["refused"] = forgotten.refused;
+    object["failed"] = forgotten.failed;
+    object["textures"] = forgotten.textures;
+    object["left"] = forgotten.left;
+    object["forgotten"] = std::move(parts);
+    return object;
+}
+
+std::string forgotten_text(const ForgottenJobs& forgotten, bool dry_run) {
+    std::string text;
+    if (forgotten.jobs > 0) {
+        std::vector<std::vector<std::string>> rows{{"picture", "model", "done", "refused", "failed"}};
+        for (const ForgottenJobs::Part& part : forgotten.parts)
+            rows.push_back({part.picture, part.model, std::to_string(part.done), std::to_string(part.refused),
+                            std::to_string(part.failed)});
+        text = detail::table(rows, "llrrr");
+    }
+    const auto jobs = [](std::uint64_t count) {
+        return std::to_string(count) + (count == 1 ? " job" : " jobs");
+    };
+    text += (dry_run ? "would forget " : "forgot ") + jobs(forgotten.jobs) + ": " +
+            std::to_string(forgotten.done) + " done, " + std::to_string(forgotten.refused) + " refused, " +
+            std::to_string(forgotten.failed) + " failed; " + jobs(forgotten.left) +
+            (dry_run ? " would be left\n" : " left\n");
+    if (forgotten.textures > 0)
+        text += std::to_string(forgotten.textures) +
+                (forgotten.textures == 1 ? " kept texture is no best one any more; its file stays\n"
+                                         : " kept textures are no best ones any more; their files stay\n");
+    return text;
+}
+
+/// "a,b" of an enumeration's words.
+template <class Value>
+void add_words(CLI::App& command, const std::string& name, std::vector<Value>& values,
+               const std::string& help) {
+    const auto read = [name, &values](const std::string& text) {
+        for (const std::string& part : parts_of(text)) {
+            const auto found = detail::find_value<Value>(part);
+            if (!found)
+                throw CLI::ValidationError(name, "'" + part + "' is none of " + detail::words_of<Value>());
+            values.push_back(*found);
+        }
+    };
+    command.add_option_function<std::string>(name, read, help + ": " + detail::words_of<Value>())
+        ->type_name("WORD,…");
+}
+
+/// "1,2" of numbers.
+template <class Value>
+void add_numbers(CLI::App& command, const std::string& name, std::vector<Value>& values, std::uint64_t most,
+                 const std::string& help) {
+    const auto read = [name, &values, most](const std::string& text) {
+        for (const std::string& part : parts_of(text)) {
+            const auto found = parse_number(part, 0, most);
+            if (!found)
+                throw CLI::ValidationError(
+                    name, "'" + part + "' is no whole number from 0 to " + std::to_string(most));
+            values.push_back(static_cast<Value>(*found));
+        }
+    };
+    command.add_option_function<std::string>(name, read, help)->type_name("N,…");
+}
+
+void add_conditions(CLI::App& command, ExperimentForget& which) {
+    command
+        .add_option("--picture", which.pictures, "of a picture, by name, pattern or hash; may be repeated")
+        ->allow_extra_args(false)
+        ->type_name("NAME");
+    command.add_option("--material", which.materials, "of a material; may be repeated")
+        ->allow_extra_args(false)
+        ->type_name("NAME");
+    add_words(command, "--model", which.models, "of these models");
+    add_numbers(command, "--order", which.orders, 8, "of these orders");
+    add_numbers(command, "--levels", which.levels, 30, "of these numbers of levels");
+    add_words(command, "--estimator", which.estimators, "of these estimators");
+    add_words(command, "--marginals", which.marginals, "of these marginals");
+    add_words(command, "--noise", which.noise, "of these noise forms");
+    add_words(command, "--gains", which.gains, "of these gains");
+    add_words(command, "--metric", which.metrics, "of these metrics");
+    add_numbers(command, "--seed", which.seeds, std::numeric_limits<std::int64_t>::max(), "of these seeds");
+    command.add_flag("--failed", which.failed, "that failed");
+    command.add_flag("--refused", which.refused, "that were refused");
+    command.add_flag("--stale", which.stale,
+                     "of pictures or settings that the configuration that was run last does not have");
+    command.add_flag("-n,--dry-run", which.dry_run, "list what would be forgotten, and change nothing");
+}
+
+void run_forget(const ForgetOptions& options) {
+    const ForgottenJobs forgotten = forget_jobs(options.database, options.which);
+    if (options.json) {
+        emit_json(forgotten_json(forgotten, options.which.dry_run));
+    } else {
+        emit_text(forgotten_text(forgotten, options.which.dry_run));
+    }
+}
+
+void add_forget(CLI::App& parent, Action& action) {
+    CLI::App* command =
+        parent.add_subcommand("forget", "remove jobs from a database, by picture, model, setting or state");
+    const auto options = std::make_shared<ForgetOptions>();
+    command->add_option("RESULTS.db", options->database, "database of an experiment")
+        ->required()
+        ->type_name("");
+    add_conditions(*command, options->which);
+    add_json(*command, options->json);
+    set_guide(
+        *command,
+        {.usual = {{"btfield experiment forget sand.db --stale --dry-run"}},
+         .more = {{"btfield experiment forget sand.db --failed"},
+                  {"btfield experiment forget sand.db --picture 'beach*.png' --model 3d-ma,2d-ma"}},
+         .notes = {"Jobs that meet every condition are forgotten. The next run does those anew that its "
+                   "configuration asks for."}});
+    command->callback([options, &action] { action = [options] { run_forget(*options); }; });
+}
+
 }  // namespace
 
 void add_experiment(CLI::App& app, Action& action) {
@@ -366,6 +595,7 @@ void add_experiment(CLI::App& app, Action& action) {
     add_table(*command, action);
     add_merge(*command, action);
     add_report(*command, action);
+    add_forget(*command, action);
     for (CLI::App* part : command->get_subcommands({})) part->fallthrough();
     set_guide(*command, {.usual = {{"btfield experiment run sand.json --out sand.db"},
                                    {"btfield experiment table sand.db"}},

@@ -48,6 +48,12 @@ class Entry {
             fail("has the unknown key '" + printable(item.key()) + "' (known: " + list + ")");
         }
     }
+    [[nodiscard]] bool is_object() const { return value_.is_object(); }
+    [[nodiscard]] std::vector<std::string> keys() const {
+        std::vector<std::string> keys;
+        for (const auto& item : value_.items()) keys.push_back(item.key());
+        return keys;
+    }
     [[nodiscard]] std::vector<Entry> items() const {
         if (!value_.is_array() || value_.empty()) fail("is no list with at least one entry");
         std::vector<Entry> entries;
@@ -133,6 +139,41 @@ json parsed(const std::string& text, const std::string& asked) {
     }
 }
 
+/// A value for all models, or one by model or family: {"default": …, "car": …, "3d-msar": …}. A model's own
+/// goes before its family's, that before the default.
+/// \param everywhere gets what holds for all
+/// \param own where a model keeps its own
+template <class Value, class Read>
+void read_by_model(const Entry& entry, Value& everywhere,
+                   std::map<ExperimentModel, ExperimentModelSettings>& models,
+                   std::optional<Value> ExperimentModelSettings::*own, bool compound, const Read& read) {
+    if (!entry.is_object()) {
+        everywhere = read(entry);
+        return;
+    }
+    if (entry.keys().empty()) entry.fail("is an empty object");
+    std::map<ExperimentModel, Value> single, families;
+    for (const std::string& key : entry.keys()) {
+        const Value value = read(entry[key.c_str()]);
+        const auto model = find_value<ExperimentModel>(key);
+        if (key == "default") {
+            everywhere = value;
+        } else if (model && *model != ExperimentModel::roll) {
+            if (*model == ExperimentModel::compound && !compound)
+                entry[key.c_str()].fail("is not read: compound models have none");
+            single.emplace(*model, value);
+        } else if (const auto family_ = find_value<Family>(key)) {
+            for (const ModelKind kind : model_kinds())
+                if (family(kind) == *family_) families.emplace(experiment_model(kind), value);
+        } else {
+            entry.fail("has the unknown key '" + printable(key) + "' (known: default, " + words_of<Family>() +
+                       ", " + words_of<ModelKind>() + (compound ? ", compound)" : ")"));
+        }
+    }
+    single.merge(families);
+    for (const auto& [model, value] : single) models[model].*own = value;
+}
+
 ExperimentPictures pictures_of(const Entry& entry) {
     constexpr int most = std::numeric_limits<int>::max();
     entry.check_keys({"material", "files", "crop", "white"});
@@ -147,6 +188,31 @@ ExperimentPictures pictures_of(const Entry& entry) {
     }
     if (entry.holds("white")) pictures.white = entry["white"].positive();
     return pictures;
+}
+
+/// What may differ from model to model.
+void read_settings(const Entry& root, ExperimentConfig& config) {
+    using Settings = ExperimentModelSettings;
+    if (root.holds("estimators")) {
+        read_by_model(root["estimators"], config.estimators, config.own, &Settings::estimators, false,
+                      [](const Entry& value) {
+                          return value.list([](const Entry& e) { return e.one_of<EstimatorChoice>(); });
+                      });
+    }
+    if (root.holds("marginals")) {
+        read_by_model(root["marginals"], config.marginals, config.own, &Settings::marginals, true,
+                      [](const Entry& value) {
+                          return value.list([](const Entry& e) { return e.one_of<MarginalMode>(); });
+                      });
+    }
+    if (root.holds("noise")) {
+        read_by_model(root["noise"], config.noise, config.own, &Settings::noise, true,
+                      [](const Entry& value) { return value.one_of<NoiseForm>(); });
+    }
+    if (root.holds("gains")) {
+        read_by_model(root["gains"], config.gains, config.own, &Settings::gains, false,
+                      [](const Entry& value) { return value.one_of<GainMode>(); });
+    }
 }
 
 }  // namespace
@@ -166,9 +232,10 @@ ExperimentConfig detail::experiment_from_text(const std::string& text, const fs:
     config.folder = folder;
     const json document = parsed(config.text, asked);
     const Entry root(document, "", asked);
-    root.check_keys({"name", "pictures", "models", "orders", "levels", "estimators", "marginals", "seeds",
-                     "factor", "noise", "gains", "metric", "size", "allow_invalid"});
+    root.check_keys({"$schema", "name", "pictures", "models", "orders", "levels", "estimators", "marginals",
+                     "seeds", "factor", "noise", "gains", "metric", "values", "size", "allow_invalid"});
 
+    if (root.holds("$schema")) static_cast<void>(root["$schema"].text());  // for editors
     if (root.holds("name")) config.name = root["name"].text();
     for (const Entry& entry : root["pictures"].items()) config.pictures.push_back(pictures_of(entry));
     if (root.holds("models") && root["models"].is_text("all")) {
@@ -180,23 +247,15 @@ ExperimentConfig detail::experiment_from_text(const std::string& text, const fs:
     }
     config.orders = root["orders"].list([](const Entry& order) { return order.integer(1, max_order); });
     config.levels = root["levels"].list([](const Entry& levels) { return levels.integer(0, 30); });
-    if (root.holds("estimators")) {
-        config.estimators =
-            root["estimators"].list([](const Entry& choice) { return choice.one_of<EstimatorChoice>(); });
-    }
-    if (root.holds("marginals")) {
-        config.marginals =
-            root["marginals"].list([](const Entry& mode) { return mode.one_of<MarginalMode>(); });
-    }
+    read_settings(root, config);
     if (root.holds("seeds")) {
         // SQLite's integers have a sign.
         constexpr std::uint64_t most = std::numeric_limits<std::int64_t>::max();
         config.seeds = root["seeds"].list([](const Entry& seed) { return seed.whole(0, most); });
     }
     if (root.holds("factor")) config.factor = root["factor"].integer(2, 1024);
-    if (root.holds("noise")) config.noise = root["noise"].one_of<NoiseForm>();
-    if (root.holds("gains")) config.gains = root["gains"].one_of<GainMode>();
     if (root.holds("metric")) config.metric = root["metric"].one_of<Metric>();
+    if (root.holds("values")) config.values = root["values"].one_of<MeasuredValues>();
     if (root.holds("size")) {
         const std::vector<Entry> sides = root["size"].items();
         constexpr int most = std::numeric_limits<int>::max();

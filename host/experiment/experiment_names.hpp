@@ -28,6 +28,23 @@ static_assert(static_cast<ExperimentModel>(ModelKind::car2d) == ExperimentModel:
               static_cast<ExperimentModel>(ModelKind::pmrf3d) == ExperimentModel::pmrf3d);
 
 template <>
+struct Names<Family> {
+    static constexpr std::string_view what = "family";
+    static constexpr auto words = std::to_array<Word<Family>>({{Family::car, "car"},
+                                                               {Family::ma, "ma"},
+                                                               {Family::msar, "msar"},
+                                                               {Family::mmrf, "mmrf"},
+                                                               {Family::pmrf, "pmrf"}});
+};
+
+template <>
+struct Names<MeasuredValues> {
+    static constexpr std::string_view what = "values";
+    static constexpr auto words = std::to_array<Word<MeasuredValues>>(
+        {{MeasuredValues::stored, "stored"}, {MeasuredValues::eight_bit, "8-bit"}});
+};
+
+template <>
 struct Names<JobStatus> {
     static constexpr std::string_view what = "status of a job";
     static constexpr auto words = std::to_array<Word<JobStatus>>(

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "btfield/error.hpp"
+#include "btfield/image_io.hpp"
 #include "host/base/parallel.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/sha256.hpp"
@@ -18,11 +20,22 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// CAR models are estimated by least squares, moving averages, those of compound models too, by random
-/// decrement, whatever is asked.
-bool has_one_estimator(ExperimentModel model) {
-    const std::optional<ModelKind> field = random_field(model);
-    return !field || family(*field) == Family::car || family(*field) == Family::ma;
+/// What the model has of its own, else what all have.
+template <class Value>
+const Value& setting_of(const ExperimentConfig& config, ExperimentModel model,
+                        std::optional<Value> ExperimentModelSettings::*own, const Value& everywhere) {
+    const auto found = config.own.find(model);
+    return found != config.own.end() && found->second.*own ? *(found->second.*own) : everywhere;
+}
+
+/// Those of all models, in the order in which they are named.
+std::vector<MarginalMode> all_marginals(const ExperimentConfig& config) {
+    std::vector<MarginalMode> all = config.marginals;
+    for (const auto& entry : config.own) {
+        for (const MarginalMode mode : entry.second.marginals.value_or(std::vector<MarginalMode>{}))
+            if (std::ranges::find(all, mode) == all.end()) all.push_back(mode);
+    }
+    return all;
 }
 
 [[noreturn]] void fail(const std::string& pattern, const std::string& found, const std::string& remedy) {
@@ -56,6 +69,19 @@ std::vector<fs::path> matches(const fs::path& folder, const std::string& pattern
 
 }  // namespace
 
+bool has_one_estimator(ExperimentModel model) {
+    const std::optional<ModelKind> field = random_field(model);
+    return !field || family(*field) == Family::car || family(*field) == Family::ma;
+}
+
+NoiseForm noise_of(const ExperimentConfig& config, ExperimentModel model) {
+    return setting_of(config, model, &ExperimentModelSettings::noise, config.noise);
+}
+
+GainMode gains_of(const ExperimentConfig& config, ExperimentModel model) {
+    return setting_of(config, model, &ExperimentModelSettings::gains, config.gains);
+}
+
 bool same_fit(const JobSettings& a, const JobSettings& b) {
     JobSettings twin = b;
     twin.seed = a.seed;
@@ -80,12 +106,16 @@ std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
     std::vector<int> orders = config.orders;
     std::sort(orders.rbegin(), orders.rend());
     std::vector<JobSettings> all;
-    for (const MarginalMode marginals : config.marginals) {
+    using Settings = ExperimentModelSettings;
+    for (const MarginalMode marginals : all_marginals(config)) {
         for (const int order : orders) {
             for (const int levels : config.levels) {
                 for (const ExperimentModel model : config.models) {
                     if (model == ExperimentModel::roll) continue;
-                    std::vector<EstimatorChoice> estimators = config.estimators;
+                    const auto& modes = setting_of(config, model, &Settings::marginals, config.marginals);
+                    if (std::ranges::find(modes, marginals) == modes.end()) continue;
+                    std::vector<EstimatorChoice> estimators =
+                        setting_of(config, model, &Settings::estimators, config.estimators);
                     if (has_one_estimator(model)) estimators = {EstimatorChoice::automatic};
                     for (const EstimatorChoice estimator : estimators) {
                         for (const std::uint64_t seed : config.seeds) {
@@ -110,16 +140,18 @@ std::string settings_text(const ExperimentConfig& config, const JobSettings& set
     object["seed"] = settings.seed;
     object["metric"] = name(config.metric);
     object["size"] = config.size ? json::array({config.size->width, config.size->height}) : json(nullptr);
+    // Named where it is not as it ever was: keys of older databases stay.
+    if (config.values != MeasuredValues::stored) object["values"] = word_of(config.values);
     if (settings.model == ExperimentModel::roll) return object.dump();
     object["order"] = settings.order;
     object["levels"] = settings.levels;
     object["estimator"] = name(settings.estimator);
     object["marginals"] = name(settings.marginals);
     object["factor"] = config.factor;
-    object["noise"] = name(config.noise);
+    object["noise"] = name(noise_of(config, settings.model));
     object["allow_invalid"] = config.allow_invalid;
     if (settings.model == ExperimentModel::compound) return object.dump();
-    object["gains"] = name(config.gains);
+    object["gains"] = name(gains_of(config, settings.model));
     return object.dump();
 }
 
@@ -164,6 +196,35 @@ std::vector<PictureSource> picture_sources(const ExperimentConfig& config) {
         source.picture = picture_identity(source.content, source.crop, source.white);
     });
     return sources;
+}
+
+void check_pictures(const std::vector<PictureSource>& sources,
+                    const std::function<bool(const std::string& picture)>& known) {
+    std::vector<const PictureSource*> unread;
+    std::set<std::string> seen;
+    for (const PictureSource& source : sources)
+        if (seen.insert(source.picture).second && !known(source.picture)) unread.push_back(&source);
+    std::vector<std::optional<InputError>> errors(unread.size());
+    for_each_block(static_cast<int>(unread.size()), [&](int i) {
+        const auto at = static_cast<std::size_t>(i);
+        try {
+            static_cast<void>(read_picture(unread[at]->file, unread[at]->crop));
+        } catch (const InputError& error) {
+            errors[at] = error;
+        }
+    });
+    const auto bad = std::ranges::find_if(errors, [](const auto& error) { return error.has_value(); });
+    if (bad == errors.end()) return;
+    const PictureSource& source = *unread[static_cast<std::size_t>(bad - errors.begin())];
+    const auto others =
+        std::count_if(bad + 1, errors.end(), [](const auto& error) { return error.has_value(); });
+    const std::string crop = source.crop ? ", crop [" + crop_text(source.crop) + "]" : "";
+    const std::string more = others == 0   ? ""
+                             : others == 1 ? " (and another picture fails)"
+                                           : " (and " + std::to_string(others) + " other pictures fail)";
+    throw InputError("experiment with '" + source.name + "' of " + source.material + crop,
+                     (*bad)->found() + more,
+                     "correct the configuration: " + (*bad)->remedy() + "; nothing was run");
 }
 
 }  // namespace btfield::detail

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,6 +36,12 @@ struct JobSettings {
     std::uint64_t seed = 0;
     friend bool operator==(const JobSettings&, const JobSettings&) = default;
 };
+
+/// CAR models are estimated by least squares, moving averages, those of compound models too, by random
+/// decrement, whatever is asked; rolls not at all.
+[[nodiscard]] bool has_one_estimator(ExperimentModel model);
+[[nodiscard]] NoiseForm noise_of(const ExperimentConfig& config, ExperimentModel model);
+[[nodiscard]] GainMode gains_of(const ExperimentConfig& config, ExperimentModel model);
 
 /// True when both textures come from one model.
 [[nodiscard]] bool same_fit(const JobSettings& a, const JobSettings& b);
@@ -124,6 +131,12 @@ struct WorkReport {
 /// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same
 ///     picture.
 [[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config);
+
+/// Reads every picture of which `known` does not say that it was read before, and throws it away.
+/// \throws InputError naming the first picture, with its crop, that cannot be read or that the crop leaves,
+///     and how many others there are
+void check_pictures(const std::vector<PictureSource>& sources,
+                    const std::function<bool(const std::string& picture)>& known);
 
 /// "x,y,w,h", or nothing.
 [[nodiscard]] std::string crop_text(const std::optional<Crop>& crop);

@@ -39,8 +39,8 @@ Ledger::Ledger(const ExperimentConfig& config, const std::filesystem::path& data
     progress_.stage = "pictures";
     if (options.progress) options.progress(progress_);
     const std::vector<PictureSource> sources = picture_sources(config);
-    database_.add(config);
-    database_.add(sources);
+    check_pictures(sources, [&](const std::string& picture) { return database_.knows(picture); });
+    database_.add(config, sources);
     plan(sources);
     if (options.unit > 0) {
         largest_unit_ = static_cast<std::size_t>(options.unit);
@@ -91,14 +91,16 @@ void Ledger::plan(const std::vector<PictureSource>& sources) {
 void Ledger::plan_textures(const std::string& identity) {
     if (textures_.empty()) return;
     const Picture& picture = pictures_[by_identity_.at(identity)];
-    const std::vector<std::string> keys = database_.best_not_kept(identity, textures_);
+    std::vector<std::string> keys;  // of settings_
+    for (const JobSettings& settings : settings_)
+        keys.push_back(job_key(identity, settings_text(config_, settings)));
+    const std::vector<std::string> best =
+        database_.best_not_kept(identity, {keys.begin(), keys.end()}, textures_);
     WorkUnit unit;
     unit.source = picture.source;
     unit.keep = true;
-    for (const JobSettings& settings : settings_) {
-        const std::string key = job_key(identity, settings_text(config_, settings));
-        if (std::find(keys.begin(), keys.end(), key) != keys.end()) unit.jobs.push_back(settings);
-    }
+    for (std::size_t i = 0; i < settings_.size(); ++i)
+        if (std::ranges::find(best, keys[i]) != best.end()) unit.jobs.push_back(settings_[i]);
     if (!unit.jobs.empty()) texture_units_.push_back(std::move(unit));
 }
 

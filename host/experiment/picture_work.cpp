@@ -45,13 +45,14 @@ bool is_integer(PixelType type) {
     return type == PixelType::uint8 || type == PixelType::uint16;
 }
 
-std::uint64_t outside(const Image& image) {
+/// Pixels with a value below 0 or above white.
+std::uint64_t outside(const Image& image, float white) {
     std::uint64_t count = 0;
     for (std::size_t i = 0; i < area(image.size()); ++i) {
         bool out = false;
         for (int p = 0; p < image.planes(); ++p) {
             const float value = image.plane(p)[i];
-            out = out || value < 0.0F || value > 1.0F;
+            out = out || value < 0.0F || value > white;
         }
         count += out ? 1U : 0U;
     }
@@ -138,17 +139,40 @@ Image as_stored(const Image& image, PixelType type) {
     return image;
 }
 
+Image as_eight_bit(const Image& image, double white) {
+    Image values = image;
+    for (float& value : values.values()) {
+        const double share = std::clamp(static_cast<double>(value) / white, 0.0, 1.0);
+        value = static_cast<float>(std::round(share * 255.0) / 255.0 * white);
+    }
+    return values;
+}
+
 /// What the jobs of a picture share.
 class PictureWork::Picture {
   public:
-    Picture(Device& device, const PictureSource& source, btfield::Picture file, Metric metric)
+    Picture(Device& device, const PictureSource& source, btfield::Picture file,
+            const ExperimentConfig& config)
         : type(file.type),
           analysis(device, std::move(file.image)),
           device_(device),
           source_(source),
-          metric_(metric) {}
+          metric_(config.metric),
+          eight_bit_(config.values == MeasuredValues::eight_bit) {
+        if (eight_bit_) measured_ = as_eight_bit(image(), source.white);
+    }
 
     [[nodiscard]] const Image& image() const { return analysis.image(); }
+    /// What textures are held against.
+    [[nodiscard]] const Image& measured() const { return eight_bit_ ? measured_ : image(); }
+    /// What is held against it.
+    [[nodiscard]] Image measured(const Image& texture) const {
+        return eight_bit_ ? as_eight_bit(texture, source_.white) : as_stored(texture, type);
+    }
+    [[nodiscard]] std::uint64_t clamped(const Image& texture) const {
+        if (eight_bit_) return outside(texture, static_cast<float>(source_.white));
+        return is_integer(type) ? outside(texture, 1.0F) : 0;
+    }
     [[nodiscard]] PictureFacts facts() const {
         return {source_.picture, kappa(image(), kappa_range, source_.white).kappa, image().size(),
                 image().planes()};
@@ -158,7 +182,7 @@ class PictureWork::Picture {
             MemdOptions options;
             options.metric = metric_;
             options.white = {source_.white, source_.white};
-            reference_ = std::make_unique<MemdReference>(device_, image(), options);
+            reference_ = std::make_unique<MemdReference>(device_, measured(), options);
         }
         return *reference_;
     }
@@ -170,6 +194,8 @@ class PictureWork::Picture {
     Device& device_;
     const PictureSource& source_;
     Metric metric_;
+    bool eight_bit_;
+    Image measured_;
     std::unique_ptr<MemdReference> reference_;
 };
 
@@ -198,7 +224,7 @@ void PictureWork::run(const WorkUnit& unit, const std::function<void(WorkReport)
     if (stop()) return;
     std::unique_ptr<Picture> picture;
     try {
-        picture = std::make_unique<Picture>(device_, unit.source, read(unit.source), config_.metric);
+        picture = std::make_unique<Picture>(device_, unit.source, read(unit.source), config_);
         if (!unit.keep) report({picture->facts(), {}, {}, {}});
     } catch (...) {
         const Failure failure = current_failure();
@@ -223,11 +249,11 @@ void PictureWork::run(const WorkUnit& unit, const std::function<void(WorkReport)
 
 void PictureWork::hold(Picture& picture, const Image& texture, JobResult& result) {
     check_finite(texture);
-    const Image stored = as_stored(texture, picture.type);
+    const Image stored = picture.measured(texture);
     const Watch searching;
     const Memd memd = picture.reference()(stored);
     result.memd_seconds = searching.seconds();
-    const Comparison comparison = compare(picture.image(), stored);
+    const Comparison comparison = compare(picture.measured(), stored);
     double ratio = 0.0;
     for (const Comparison::Plane& plane : comparison.planes) ratio += plane.std_ratio * plane.std_ratio;
     result.memd = memd.memd;
@@ -235,7 +261,7 @@ void PictureWork::hold(Picture& picture, const Image& texture, JobResult& result
     result.variance_ratio = ratio / static_cast<double>(comparison.planes.size());
     result.lag_covariance_error = comparison.lag_covariance_error;
     result.spectral_covariance_error = comparison.spectral_covariance_error;
-    result.clamped_pixels = is_integer(picture.type) ? outside(texture) : 0;
+    result.clamped_pixels = picture.clamped(texture);
 }
 
 WorkReport PictureWork::measure(Picture& picture, const PictureSource& source,

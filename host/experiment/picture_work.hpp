@@ -45,6 +45,9 @@ class PictureWork {
     std::filesystem::path textures_;
 };
 
+/// The picture as an 8-bit file would give it back whose 255 is white: rounded and clamped, in its own unit.
+[[nodiscard]] Image as_eight_bit(const Image& image, double white);
+
 /// The picture as a file of this type would give it back: 8-bit and 16-bit values are rounded and clamped,
 /// others stay.
 [[nodiscard]] Image as_stored(const Image& image, PixelType type);

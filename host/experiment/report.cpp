@@ -4,15 +4,19 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/base/file_output.hpp"
 #include "host/experiment/experiment_names.hpp"
+#include "host/experiment/picture_place.hpp"
 #include "host/experiment/plot.hpp"
 #include "host/experiment/results_database.hpp"
+#include "host/experiment/scope.hpp"
 #include "host/experiment/table_format.hpp"
 #include "host/experiment/thumbnail.hpp"
 
@@ -84,17 +88,6 @@ std::string paragraph(const std::string& text) {
 
 std::string table_html(const ExperimentTable& table) {
     const TableGrid grid = table_grid(table, 0, table.materials.size(), true);
-    // The least of each mean stands out.
-    std::vector<double> least(grid.titles.size(), std::numeric_limits<double>::infinity());
-    const auto mean = [&](std::size_t row, std::size_t pair) {
-        const ExperimentTable::Row& r = table.rows[row];
-        return pair < r.materials.size() ? r.materials[pair].mean : r.all.mean;
-    };
-    for (std::size_t r = 0; r < grid.models; ++r) {
-        for (std::size_t p = 0; p < least.size(); ++p) {
-            if (mean(r, p) < least[p]) least[p] = mean(r, p);
-        }
-    }
     std::string html = "<div class=\"wide\"><table class=\"memd\"><thead><tr><th></th>";
     std::string second = "<tr><th>model</th>";
     for (const std::string& title : grid.titles) {
@@ -103,11 +96,17 @@ std::string table_html(const ExperimentTable& table) {
     }
     html += "</tr>" + second + "</tr></thead><tbody>\n";
     for (std::size_t r = 0; r < grid.rows.size(); ++r) {
-        const bool model = r < grid.models;
-        html += model ? "<tr>" : r == grid.models ? "<tr class=\"colour first\">" : "<tr class=\"colour\">";
-        for (std::size_t c = 0; c < grid.rows[r].size(); ++c) {
-            const bool best = model && c % 2 == 1 && mean(r, c / 2) <= least[c / 2];
-            html += (best ? "<td class=\"least\">" : "<td>") + html_text(grid.rows[r][c]) + "</td>";
+        const TableGrid::Row& row = grid.rows[r];
+        const bool first = std::ranges::find(grid.blocks, r) != grid.blocks.end();
+        html += std::string("<tr") +
+                (!row.model && first ? " class=\"colour first\""
+                 : !row.model        ? " class=\"colour\""
+                 : first             ? " class=\"first\""
+                                     : "") +
+                ">";
+        for (std::size_t c = 0; c < row.cells.size(); ++c) {
+            const bool least = row.model && c % 2 == 1 && row.least[c / 2];  // of each mean it stands out
+            html += (least ? "<td class=\"least\">" : "<td>") + html_text(row.cells[c]) + "</td>";
         }
         html += "</tr>\n";
     }
@@ -133,11 +132,17 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
     std::set<int> orders;
     Statement query(connection, R"sql(
         SELECT levels, model, "order", avg(best) FROM (
-            SELECT levels, model, "order", picture, min(memd_star) AS best FROM jobs
-            WHERE status = 'done' AND metric = ? AND marginals = ? AND picture IN (SELECT picture FROM files)
+            SELECT levels, model, "order", picture, min(memd_star) AS best FROM scope_jobs
+            WHERE status = 'done' AND metric = ?1 AND marginals = ?2 AND instr(?3, ', ' || noise || ',') > 0
+                AND instr(?4, ', ' || gains || ',') > 0
+                AND (instr(?5, ', ' || estimator || ',') > 0 OR model LIKE '%-car' OR model LIKE '%-ma'
+                     OR model IN ('compound', 'roll'))
             GROUP BY levels, model, "order", picture)
         GROUP BY levels, model, "order")sql");
-    query.bind(table.metric).bind(table.marginals);
+    // Of what the table has, and what is not read.
+    const auto list = [](const std::string& values) { return ", " + values + ", any,"; };
+    query.bind(table.metric).bind(table.marginals).bind(list(table.noise)).bind(list(table.gains));
+    query.bind(list(table.estimators));
     while (query.step()) {
         if (is_roll(query.text(1))) continue;  // of a table of its own
         const int order = static_cast<int>(query.number(2));
@@ -186,9 +191,9 @@ std::optional<Crop> crop_of(const std::string& text) {
     return crop;
 }
 
-/// The picture and the best texture of each model.
-std::string picture_html(Connection& connection, const Statement& file) {
-    const std::filesystem::path path = std::filesystem::path(file.text(0)) / file.text(1);
+/// The picture and the best texture of each model, of the scope that was entered.
+std::string picture_html(Connection& connection, const PicturePlaces& places, const Statement& file) {
+    const auto path = places.picture(file.text(0), file.text(1), file.text(7));
     const std::string picture = file.text(5);
     const double white = file.real(3), kappa = file.real(6);
     std::string html = "<section class=\"picture\"><h3>" + html_text(file.text(1)) +
@@ -197,17 +202,18 @@ std::string picture_html(Connection& connection, const Statement& file) {
                        ", κ(256) = " + kappa_text(kappa) +
                        (std::isfinite(kappa) ? (kappa > Kappa::threshold ? ": 3D" : ": 2D suffices") : "") +
                        "</span></h3><div class=\"pictures\">\n";
-    html +=
-        figure(thumbnail_uri(path, crop_of(file.text(2)), white, thumbnail_side), "not at hand", "original");
+    html += figure(path ? thumbnail_uri(*path, crop_of(file.text(2)), white, thumbnail_side) : std::string(),
+                   "not at hand", "original");
     Statement best(connection, R"sql(
         SELECT best.model, best.marginals, best.metric, memd_star, "order", levels, best.estimators, textures.file FROM (
             SELECT *, ROW_NUMBER() OVER (PARTITION BY model, marginals, metric ORDER BY memd_star, key) AS place
-            FROM jobs WHERE status = 'done' AND picture = ?) AS best
+            FROM scope_jobs WHERE status = 'done' AND picture = ?) AS best
         LEFT JOIN textures ON textures.key = best.key
         WHERE place = 1 ORDER BY best.metric, best.marginals = ?, best.marginals, best.model)sql");
     best.bind(picture).bind(any_marginals);
     while (best.step()) {
-        const std::string uri = best.is_null(7) ? "" : thumbnail_uri(best.text(7), {}, white, thumbnail_side);
+        const auto texture = best.is_null(7) ? std::nullopt : places.texture(best.text(7));
+        const std::string uri = texture ? thumbnail_uri(*texture, {}, white, thumbnail_side) : "";
         const std::int64_t levels = best.number(5);
         std::string caption =
             "<b>" + html_text(model_title(best.text(0))) + "</b> " + percent_text(best.real(3)) + " %";
@@ -231,27 +237,57 @@ std::string configurations_html(Connection& connection) {
     return html;
 }
 
-std::string page_title(Connection& connection) {
+std::string page_title(const std::vector<std::optional<RecordedConfiguration>>& chosen) {
     std::string title;
-    Statement query(connection, "SELECT DISTINCT name FROM configurations ORDER BY name");
-    while (query.step()) title += (title.empty() ? "" : ", ") + query.text(0);
+    for (const auto& configuration : chosen)
+        if (configuration) title += (title.empty() ? "" : ", ") + configuration->name;
     return title.empty() ? "Experiment" : title;
+}
+
+/// Tables, plots and pictures of the scope that was entered.
+std::string scope_html(Connection& connection, const std::filesystem::path& database,
+                       const std::vector<ExperimentTable>& tables, int most_pictures) {
+    std::string html;
+    for (const ExperimentTable& table : tables) {
+        html += heading(2, "Marginals " + table.marginals + ", metric " + table.metric);
+        html += paragraph(table_caption(table) + ". " + table_counts(table) + ".");
+        html += table_html(table) + plots_html(connection, table);
+    }
+    html += heading(2, "Pictures");
+    const PicturePlaces places(connection, database);
+    Statement files(connection, R"sql(
+        SELECT places.folder, places.name, places.crop, COALESCE(files.white, 1.0), places.material, places.picture,
+               pictures.kappa, COALESCE(files.content, '')
+        FROM scope_places AS places
+        LEFT JOIN main.files AS files
+            ON (files.folder, files.name, files.crop) = (places.folder, places.name, places.crop)
+        LEFT JOIN main.pictures AS pictures ON pictures.picture = places.picture
+        ORDER BY places.material, places.name, places.crop)sql");
+    const std::int64_t count = connection.number("SELECT count(*) FROM scope_places");
+    html += paragraph(
+        "Upper left corners, pixel for pixel. " +
+        (count > most_pictures ? "The first " + std::to_string(most_pictures) + " of " : std::string()) +
+        std::to_string(count) + (count == 1 ? " picture." : " pictures."));
+    for (int shown = 0; shown < most_pictures && files.step(); ++shown)
+        html += picture_html(connection, places, files);
+    return html;
 }
 
 }  // namespace
 
 void write_experiment_report(const std::filesystem::path& database, const std::filesystem::path& page,
-                             int most_pictures) {
+                             int most_pictures, const ExperimentTableOptions& options) {
     const std::string asked = "write the report '" + page.string() + "'";
     std::error_code error;
     if (std::filesystem::equivalent(database, page, error))
         throw InputError(asked, "that is the database", "give the page a name of its own");
     check_output(page, asked);
-    const std::vector<ExperimentTable> tables = experiment_tables(database);
     Connection connection(database, Connection::Access::read, "read the results '" + database.string() + "'");
+    check_results(connection);
     const Transaction one_state(connection, Transaction::Kind::read);
 
-    const std::string title = page_title(connection);
+    const auto chosen = chosen_configurations(connection, options);
+    const std::string title = page_title(chosen);
     std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">" +
                        std::string("<meta name=\"viewport\" content=\"width=device-width\">") + "<title>" +
                        html_text(title) + "</title><style>" + style + "</style></head>\n<body>\n" +
@@ -260,22 +296,12 @@ void write_experiment_report(const std::filesystem::path& database, const std::f
         "How near models come to the colours of pictures: MEMD* between every picture and the best "
         "texture of each model, as P4 (Havlíček and Haindl, WSCG 2024), section 5. Written by "
         "btfield " BTFIELD_VERSION ".");
-    for (const ExperimentTable& table : tables) {
-        html += heading(2, "Marginals " + table.marginals + ", metric " + table.metric);
-        html += paragraph(table_caption(table) + ". " + table_counts(table) + ".");
-        html += table_html(table) + plots_html(connection, table);
+    for (const auto& configuration : chosen) {
+        enter_scope(connection, configuration);
+        if (chosen.size() > 1) html += heading(2, "Configuration " + configuration->name);
+        html += scope_html(connection, database, tables_of_scope(connection, configuration, options),
+                           most_pictures);
     }
-    html += heading(2, "Pictures");
-    Statement files(connection, R"sql(
-        SELECT folder, name, crop, white, material, picture, kappa FROM files LEFT JOIN pictures USING (picture)
-        ORDER BY material, name, crop)sql");
-    const std::int64_t count = connection.number("SELECT count(*) FROM files");
-    html += paragraph(
-        "Upper left corners, pixel for pixel. " +
-        (count > most_pictures ? "The first " + std::to_string(most_pictures) + " of " : std::string()) +
-        std::to_string(count) + (count == 1 ? " picture." : " pictures."));
-    for (int shown = 0; shown < most_pictures && files.step(); ++shown)
-        html += picture_html(connection, files);
     html += heading(2, "Configuration") + configurations_html(connection) + "</body>\n</html>\n";
     write_file(page, html, asked);
 }

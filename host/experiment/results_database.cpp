@@ -1,8 +1,10 @@
 #include "host/experiment/results_database.hpp"
 
 #include <ctime>
+#include <utility>
 
 #include "btfield/error.hpp"
+#include "host/experiment/picture_place.hpp"
 #include "host/experiment/sha256.hpp"
 
 namespace btfield::detail {
@@ -52,6 +54,21 @@ CREATE VIEW results AS
     ORDER BY files.material, files.name, files.crop, jobs.key;
 )sql";
 
+// Of databases that older versions made too.
+const char* const additions = R"sql(
+CREATE TABLE IF NOT EXISTS runs(
+    configuration TEXT PRIMARY KEY, number INTEGER NOT NULL, started TEXT NOT NULL
+) STRICT, WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS members(
+    configuration TEXT NOT NULL, folder TEXT NOT NULL, name TEXT NOT NULL, crop TEXT NOT NULL,
+    material TEXT NOT NULL, picture TEXT NOT NULL, PRIMARY KEY(configuration, folder, name, crop)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS wanted(
+    configuration TEXT NOT NULL, settings TEXT NOT NULL, PRIMARY KEY(configuration, settings)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS places(folder TEXT PRIMARY KEY, near TEXT NOT NULL) STRICT, WITHOUT ROWID;
+)sql";
+
 std::string now() {
     const std::time_t time = std::time(nullptr);
     std::tm parts{};
@@ -60,12 +77,17 @@ std::string now() {
     return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
-/// Jobs with the least MEMD* per picture, model, marginals and metric; the key decides among equals.
-const char* const best_jobs = R"sql(
-    SELECT picture, model, marginals, metric, key FROM (
-        SELECT *, ROW_NUMBER() OVER (PARTITION BY picture, model, marginals, metric ORDER BY memd_star, key) AS place
-        FROM jobs WHERE status = 'done' AND picture = ?)
-    WHERE place = 1)sql";
+std::string configuration_id(const ExperimentConfig& config) {
+    return sha256(config.folder.string() + "\n" + config.text);
+}
+
+/// The folder that the name is relative to; none of a name that is a whole path.
+std::string folder_of(const PictureSource& source) {
+    std::string folder = source.file.string();
+    if (source.name == folder) return {};
+    folder.resize(folder.size() - source.name.size());
+    return folder;
+}
 
 void add_facts(Connection& connection, const PictureFacts& facts) {
     Statement(connection, "INSERT OR REPLACE INTO pictures VALUES (?, ?, ?, ?, ?)")
@@ -135,6 +157,36 @@ void add_textures(Connection& connection, const std::vector<KeptTexture>& textur
     }
 }
 
+void add_files(Connection& connection, const std::vector<PictureSource>& sources) {
+    Statement insert(connection, "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?, ?)");
+    for (const PictureSource& source : sources) {
+        insert.bind(folder_of(source))
+            .bind(source.name)
+            .bind(crop_text(source.crop))
+            .bind(source.material)
+            .bind(source.white)
+            .bind(source.content)
+            .bind(source.picture)
+            .run();
+    }
+}
+
+/// Places of another database, seen from this one; of one that has none, those of its absolute paths.
+void absorb_places(Connection& connection, const fs::path& other, const fs::path& own) {
+    const bool has = connection.number("SELECT count(*) FROM other.sqlite_schema WHERE name = 'places'") > 0;
+    if (!has) return;
+    std::map<std::string, std::string> places;
+    {
+        Statement query(connection, "SELECT folder, near FROM other.places");
+        while (query.step()) {
+            const fs::path place = fs::absolute(other).parent_path() / query.text(1);
+            places.emplace(query.text(0), seen_from(own, place.lexically_normal().string()));
+        }
+    }
+    Statement insert(connection, "INSERT OR IGNORE INTO places VALUES (?, ?)");
+    for (const auto& [folder, near] : places) insert.bind(folder).bind(near).run();
+}
+
 }  // namespace
 
 void check_results(Connection& connection) {
@@ -171,7 +223,7 @@ ResultsDatabase::NewFile::~NewFile() {
 }
 
 ResultsDatabase::ResultsDatabase(const fs::path& path, const std::string& asked)
-    : lock_(path, asked), file_(path), connection_(path, Connection::Access::create, asked) {
+    : path_(path), lock_(path, asked), file_(path), connection_(path, Connection::Access::create, asked) {
     if (connection_.number("PRAGMA application_id") == 0 &&
         connection_.number("SELECT count(*) FROM sqlite_schema") == 0) {
         connection_.execute("PRAGMA journal_mode = WAL");
@@ -183,13 +235,14 @@ ResultsDatabase::ResultsDatabase(const fs::path& path, const std::string& asked)
         transaction.commit();
     }
     check_results(connection_);
+    connection_.execute(additions);
     // A killed process loses nothing that was committed; only a power cut could take the last commits.
     connection_.execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL");
 }
 
 void ResultsDatabase::add(const ExperimentConfig& config) {
     Statement(connection_, "INSERT OR IGNORE INTO configurations VALUES (?, ?, ?, ?, ?)")
-        .bind(sha256(config.folder.string() + "\n" + config.text))
+        .bind(configuration_id(config))
         .bind(config.name)
         .bind(config.folder.string())
         .bind(config.text)
@@ -197,24 +250,59 @@ void ResultsDatabase::add(const ExperimentConfig& config) {
         .run();
 }
 
+void ResultsDatabase::add(const ExperimentConfig& config, const std::vector<PictureSource>& sources) {
+    Transaction transaction(connection_);
+    add(config);
+    add_files(connection_, sources);
+    note_run(config, sources);
+    transaction.commit();
+}
+
 void ResultsDatabase::add(const std::vector<PictureSource>& sources) {
     Transaction transaction(connection_);
-    Statement insert(connection_, "INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?, ?)");
+    add_files(connection_, sources);
+    transaction.commit();
+}
+
+void ResultsDatabase::note_run(const ExperimentConfig& config, const std::vector<PictureSource>& sources) {
+    const std::string id = configuration_id(config);
+    const std::int64_t number = connection_.number("SELECT COALESCE(max(number), 0) + 1 FROM runs");
+    Statement(connection_, "INSERT OR REPLACE INTO runs VALUES (?, ?, ?)")
+        .bind(id)
+        .bind_number(number)
+        .bind(now())
+        .run();
+    // What the same configuration found before, here or in a folder that it was moved from.
+    for (const char* statement :
+         {"DELETE FROM members WHERE configuration IN (SELECT id FROM configurations WHERE text = ?)",
+          "DELETE FROM wanted WHERE configuration IN (SELECT id FROM configurations WHERE text = ?)"})
+        Statement(connection_, statement).bind(config.text).run();
+    Statement want(connection_, "INSERT OR IGNORE INTO wanted VALUES (?, ?)");
+    for (const JobSettings& settings : job_settings(config))
+        want.bind(id).bind(settings_text(config, settings)).run();
+    Statement insert(connection_, "INSERT INTO members VALUES (?, ?, ?, ?, ?, ?)");
+    std::set<std::string> folders;
     for (const PictureSource& source : sources) {
-        // The folder that the name is relative to.
-        std::string folder = source.file.string();
-        if (source.name != folder) folder.resize(folder.size() - source.name.size());
-        if (source.name == source.file.string()) folder.clear();
-        insert.bind(folder)
+        const std::string folder = folder_of(source);
+        folders.insert(folder.empty() ? source.file.parent_path().string() : folder);
+        insert.bind(id)
+            .bind(folder)
             .bind(source.name)
             .bind(crop_text(source.crop))
             .bind(source.material)
-            .bind(source.white)
-            .bind(source.content)
             .bind(source.picture)
             .run();
     }
-    transaction.commit();
+    for (const std::string& folder : folders) note_place(folder);
+}
+
+void ResultsDatabase::note_place(const std::string& folder) {
+    std::string plain = folder;
+    while (plain.size() > 1 && plain.back() == '/') plain.pop_back();
+    Statement(connection_, "INSERT OR REPLACE INTO places VALUES (?, ?)")
+        .bind(plain)
+        .bind(seen_from(path_, plain))
+        .run();
 }
 
 void ResultsDatabase::add(const WorkReport& report) {
@@ -222,6 +310,9 @@ void ResultsDatabase::add(const WorkReport& report) {
     if (report.facts) add_facts(connection_, *report.facts);
     add_jobs(connection_, report.results);
     add_textures(connection_, report.kept);
+    std::set<std::string> folders;
+    for (const KeptTexture& kept : report.kept) folders.insert(fs::path(kept.file).parent_path().string());
+    for (const std::string& folder : folders) note_place(folder);
     transaction.commit();
 }
 
@@ -233,21 +324,33 @@ std::map<std::string, JobStatus> ResultsDatabase::jobs_of(const std::string& pic
     return jobs;
 }
 
-std::vector<std::string> ResultsDatabase::best_not_kept(const std::string& picture, const fs::path& folder) {
-    std::vector<std::string> keys;
-    Statement query(connection_,
-                    std::string("WITH best AS (") + best_jobs +
-                        ") SELECT best.key, textures.file FROM best LEFT JOIN textures USING (picture, "
-                        "model, marginals, metric, key)");
+bool ResultsDatabase::knows(const std::string& picture) {
+    Statement query(connection_, "SELECT 1 FROM pictures WHERE picture = ?");
+    query.bind(picture);
+    return query.step();
+}
+
+std::vector<std::string> ResultsDatabase::best_not_kept(const std::string& picture,
+                                                        const std::set<std::string>& keys,
+                                                        const fs::path& folder) {
+    std::set<std::vector<std::string>> seen;  // model, marginals and metric
+    std::vector<std::string> best;
+    Statement query(connection_, R"sql(
+        SELECT jobs.key, jobs.model, jobs.marginals, jobs.metric, textures.file FROM jobs
+        LEFT JOIN textures USING (picture, model, marginals, metric, key)
+        WHERE jobs.status = 'done' AND jobs.picture = ? ORDER BY jobs.memd_star, jobs.key)sql");
     query.bind(picture);
     while (query.step()) {
+        if (keys.count(query.text(0)) == 0 ||
+            !seen.insert({query.text(1), query.text(2), query.text(3)}).second)
+            continue;
         std::error_code error;
-        const fs::path file = query.text(1);
-        const bool kept = !query.is_null(1) && fs::exists(file, error) &&
+        const fs::path file = query.text(4);
+        const bool kept = !query.is_null(4) && fs::exists(file, error) &&
                           file.lexically_relative(folder).native().rfind("..", 0) != 0;
-        if (!kept) keys.push_back(query.text(0));
+        if (!kept) best.push_back(query.text(0));
     }
-    return keys;
+    return best;
 }
 
 void ResultsDatabase::absorb(const fs::path& other) {
@@ -272,6 +375,16 @@ void ResultsDatabase::absorb(const fs::path& other) {
                 WHERE ours.key IS NULL
                    OR (their_job.memd_star, their_job.key) < (our_job.memd_star, our_job.key);
         )sql");
+        if (connection_.number("SELECT count(*) FROM other.sqlite_schema WHERE name = 'members'") > 0) {
+            connection_.execute(R"sql(
+                INSERT OR IGNORE INTO members SELECT * FROM other.members;
+                INSERT OR IGNORE INTO wanted SELECT * FROM other.wanted;
+                INSERT INTO runs SELECT * FROM other.runs WHERE true
+                    ON CONFLICT(configuration) DO UPDATE SET
+                        number = max(number, excluded.number), started = max(started, excluded.started);
+            )sql");
+        }
+        absorb_places(connection_, other, path_);
         transaction.commit();
     }
     connection_.execute("DETACH other");

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@
 
 namespace btfield::detail {
 
-/// Schema that this version writes, and the only one it reads.
+/// Schema that this version writes, and the only one it reads. Tables that were added to it later (runs,
+/// members, wanted, places) are made where they are missing, and done without by who only reads.
 inline constexpr int results_schema = 1;
 
 /// Writes rows. One process at a time: it holds a lock as long as it lives, and readers do not mind.
@@ -28,18 +30,27 @@ class ResultsDatabase {
     ResultsDatabase(const std::filesystem::path& path, const std::string& asked);
 
     void add(const ExperimentConfig& config);
+    /// The configuration, its pictures, and that it is run now: in one transaction.
+    void add(const ExperimentConfig& config, const std::vector<PictureSource>& sources);
     /// Names, materials and identities of the pictures; an entry of the same name is replaced.
     void add(const std::vector<PictureSource>& sources);
     /// In one transaction. A row of a failed job is replaced, one that is done or refused never: adding it
     /// again is an error.
     void add(const WorkReport& report);
 
+    /// Whether the picture was read before.
+    [[nodiscard]] bool knows(const std::string& picture);
     /// Status of every job of the picture, by key.
     [[nodiscard]] std::map<std::string, JobStatus> jobs_of(const std::string& picture);
     /// Jobs with the least MEMD* of each model, metric and marginals of the picture whose textures are not in
     /// the folder.
+    /// \param keys of the jobs to choose from
     [[nodiscard]] std::vector<std::string> best_not_kept(const std::string& picture,
+                                                         const std::set<std::string>& keys,
                                                          const std::filesystem::path& folder);
+
+    /// See forget_jobs().
+    [[nodiscard]] ForgottenJobs forget(const ExperimentForget& which);
 
     /// Takes over what another database has, rows that are done or refused before those that failed.
     void absorb(const std::filesystem::path& other);
@@ -57,6 +68,9 @@ class ResultsDatabase {
         std::filesystem::path path;
         bool keep;
     };
+    void note_run(const ExperimentConfig& config, const std::vector<PictureSource>& sources);
+    void note_place(const std::string& folder);
+    std::filesystem::path path_;
     RunLock lock_;
     NewFile file_;  ///< outlives the connection
     Connection connection_;

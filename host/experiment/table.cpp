@@ -1,14 +1,19 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "btfield/criteria.hpp"
+#include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/results_database.hpp"
+#include "host/experiment/scope.hpp"
 
 namespace btfield {
 
@@ -18,18 +23,28 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Metric and marginals.
-using Variant = std::pair<std::string, std::string>;
+/// What tells tables apart, in this order; empty where it does not.
+struct Axis {
+    enum : std::size_t { metric, marginals, noise, gains, estimator, count };
+};
+using Variant = std::array<std::string, Axis::count>;
 
 struct Material {
     std::map<std::string, std::map<std::string, double>> best;  ///< of model, of picture
     std::map<std::string, double> kappa;                        ///< of picture
-    std::set<std::string> pictures;                             ///< with any job
 };
 
 struct Contents {
     std::map<std::string, Material> materials;
-    std::map<std::string, std::uint64_t> counts;  ///< of status
+    std::map<std::string, std::uint64_t> counts;            ///< of status
+    std::array<std::set<std::string>, Axis::count> values;  ///< of the jobs
+};
+
+/// The pictures of a configuration.
+struct Pictures {
+    std::map<std::string, std::set<std::string>> of;             ///< material
+    std::map<std::string, std::map<std::string, double>> kappa;  ///< of material, of picture
+    std::set<std::string> all;
 };
 
 ExperimentTable::Cell cell_of(const std::vector<double>& values) {
@@ -80,33 +95,81 @@ ExperimentTable::Colour colour_of(const Material& material) {
     }
     colour.best_2d = cell_of(flat_values).mean;
     colour.best_3d = cell_of(full_values).mean;
+    colour.pictures_2d = static_cast<int>(flat_values.size());
+    colour.pictures_3d = static_cast<int>(full_values.size());
     colour.gap = colour.best_2d - colour.best_3d > memd_gap_threshold;
     return colour;
 }
 
-/// Rolls belong to the tables of all marginals of their metric, or to one of their own.
-void spread_rolls(std::map<Variant, Contents>& contents) {
-    std::vector<Variant> spread;
-    for (const auto& [variant, rolls] : contents) {
-        if (variant.second != any_marginals) continue;
-        for (auto& [other, content] : contents) {
-            if (other.first != variant.first || other.second == any_marginals) continue;
-            for (const auto& [name, material] : rolls.materials) {
-                Material& place = content.materials[name];
-                place.pictures.insert(material.pictures.begin(), material.pictures.end());
-                place.best.insert(material.best.begin(), material.best.end());
-            }
-            for (const auto& [status, count] : rolls.counts) content.counts[status] += count;
-            spread.push_back(variant);
-        }
-    }
-    for (const Variant& variant : spread) contents.erase(variant);
+/// Whether jobs of `general` belong to the table of `special` too: they do not read what tells the two apart.
+bool covers(const Variant& general, const Variant& special) {
+    for (std::size_t axis = 0; axis < Axis::count; ++axis)
+        if (general[axis] != special[axis] && general[axis] != any_marginals) return false;
+    return general != special;
 }
 
-ExperimentTable table_of(const Variant& variant, const Contents& contents) {
+void add_contents(const Contents& from, Contents& to) {
+    for (const auto& [name, material] : from.materials) {
+        Material& place = to.materials[name];
+        for (const auto& [model, pictures] : material.best)
+            place.best[model].insert(pictures.begin(), pictures.end());
+    }
+    for (const auto& [status, count] : from.counts) to.counts[status] += count;
+    for (std::size_t axis = 0; axis < Axis::count; ++axis)
+        to.values[axis].insert(from.values[axis].begin(), from.values[axis].end());
+}
+
+/// What reads no marginals, gains, … belongs to all tables of others that do, or to one of its own.
+std::map<Variant, Contents> spread(const std::map<Variant, Contents>& contents) {
+    const auto is_general = [&](const Variant& variant) {
+        return std::ranges::any_of(contents, [&](const auto& other) { return covers(variant, other.first); });
+    };
+    std::map<Variant, Contents> tables;
+    for (const auto& [variant, content] : contents)
+        if (!is_general(variant)) tables.emplace(variant, content);
+    for (auto& [variant, content] : tables) {
+        for (const auto& [other, general] : contents)
+            if (covers(other, variant)) add_contents(general, content);
+    }
+    return tables;
+}
+
+std::string joined(const std::set<std::string>& values) {
+    std::string text;
+    for (const std::string& value : values)
+        if (value != any_marginals) text += (text.empty() ? "" : ", ") + value;
+    return text;
+}
+
+ExperimentTable::Row row_of(const std::string& model, const std::map<std::string, Material>& materials) {
+    ExperimentTable::Row row;
+    row.model = model;
+    std::map<std::string, double> all;  // a picture that stands under two materials counts once
+    for (const auto& entry : materials) {
+        std::vector<double> values;
+        const auto found = entry.second.best.find(model);
+        if (found != entry.second.best.end()) {
+            for (const auto& [picture, value] : found->second) {
+                values.push_back(value);
+                all.emplace(picture, value);
+            }
+        }
+        row.materials.push_back(cell_of(values));
+    }
+    std::vector<double> values;
+    values.reserve(all.size());
+    for (const auto& entry : all) values.push_back(entry.second);
+    row.all = cell_of(values);
+    return row;
+}
+
+ExperimentTable table_of(const Variant& variant, const Contents& contents, const Pictures& pictures) {
     ExperimentTable table;
-    table.metric = variant.first;
-    table.marginals = variant.second;
+    table.metric = variant[Axis::metric];
+    table.marginals = variant[Axis::marginals];
+    table.noise = joined(contents.values[Axis::noise]);
+    table.gains = joined(contents.values[Axis::gains]);
+    table.estimators = joined(contents.values[Axis::estimator]);
     const auto count = [&](const char* status) {
         const auto found = contents.counts.find(status);
         return found == contents.counts.end() ? 0 : found->second;
@@ -114,77 +177,146 @@ ExperimentTable table_of(const Variant& variant, const Contents& contents) {
     table.done = count("done");
     table.refused = count("refused");
     table.failed = count("failed");
+    std::map<std::string, Material> materials;
     std::set<std::string> models;
-    for (const auto& [material, content] : contents.materials) {
-        table.materials.push_back(material);
-        table.pictures.push_back(static_cast<int>(content.pictures.size()));
-        table.colours.push_back(colour_of(content));
-        for (const auto& entry : content.best) models.insert(entry.first);
+    for (const auto& [name, members] : pictures.of) {
+        Material& material = materials[name];
+        const auto found = contents.materials.find(name);
+        if (found != contents.materials.end()) material = found->second;
+        const auto kappa = pictures.kappa.find(name);
+        if (kappa != pictures.kappa.end()) material.kappa = kappa->second;
+        table.materials.push_back(name);
+        table.pictures.push_back(static_cast<int>(members.size()));
+        table.colours.push_back(colour_of(material));
+        for (const auto& entry : material.best) models.insert(entry.first);
     }
+    table.all_pictures = static_cast<int>(pictures.all.size());
     for (const ExperimentModel known : values_of<ExperimentModel>()) {
         const std::string model(name(known));
         if (models.count(model) == 0) continue;
-        ExperimentTable::Row row;
-        row.model = model;
-        std::map<std::string, double> all;  // a picture that stands under two materials counts once
-        for (const auto& entry : contents.materials) {
-            std::vector<double> values;
-            const auto found = entry.second.best.find(model);
-            if (found != entry.second.best.end()) {
-                for (const auto& [picture, value] : found->second) {
-                    values.push_back(value);
-                    all.emplace(picture, value);
-                }
-            }
-            row.materials.push_back(cell_of(values));
-        }
-        std::vector<double> values;
-        values.reserve(all.size());
-        for (const auto& entry : all) values.push_back(entry.second);
-        row.all = cell_of(values);
-        table.rows.push_back(std::move(row));
+        table.rows.push_back(row_of(model, materials));
     }
     return table;
 }
 
+/// Of the scope that was entered.
+Pictures pictures_of(Connection& connection) {
+    Pictures pictures;
+    Statement query(connection, R"sql(
+        SELECT DISTINCT material, scope_places.picture, kappa FROM scope_places
+        LEFT JOIN main.pictures ON main.pictures.picture = scope_places.picture)sql");
+    while (query.step()) {
+        pictures.of[query.text(0)].insert(query.text(1));
+        pictures.all.insert(query.text(1));
+        if (!query.is_null(2)) pictures.kappa[query.text(0)][query.text(1)] = query.real(2);
+    }
+    return pictures;
+}
+
+class Reading {
+  public:
+    explicit Reading(const ExperimentTableOptions& options) : options_(options) {}
+
+    /// Of the scope that was entered.
+    [[nodiscard]] std::map<Variant, Contents> contents(Connection& connection) const {
+        std::map<Variant, Contents> contents;
+        Statement best(connection, R"sql(
+            SELECT metric, marginals, noise, gains, estimator, model, material, scope_jobs.picture, min(memd_star)
+            FROM scope_jobs JOIN (SELECT DISTINCT material, picture FROM scope_places) AS places
+                ON places.picture = scope_jobs.picture
+            GROUP BY metric, marginals, noise, gains, estimator, model, material, scope_jobs.picture)sql");
+        while (best.step()) {
+            auto& models = place(best, contents).materials[best.text(6)].best[best.text(5)];
+            if (best.is_null(8)) continue;
+            const auto [at, added] = models.emplace(best.text(7), best.real(8));
+            if (!added) at->second = std::min(at->second, best.real(8));
+        }
+        Statement count(connection, R"sql(
+            SELECT metric, marginals, noise, gains, estimator, model, status, count(*) FROM scope_jobs
+            GROUP BY metric, marginals, noise, gains, estimator, model, status)sql");
+        while (count.step())
+            place(count, contents).counts[count.text(6)] += static_cast<std::uint64_t>(count.number(7));
+        return spread(contents);
+    }
+
+  private:
+    /// Where the row belongs, whose first columns are the axes and the model.
+    [[nodiscard]] Contents& place(const Statement& row, std::map<Variant, Contents>& contents) const {
+        Variant values;
+        for (std::size_t axis = 0; axis < Axis::count; ++axis)
+            values[axis] = row.text(static_cast<int>(axis));
+        const auto model = find_value<ExperimentModel>(row.text(Axis::count));
+        if (model && has_one_estimator(*model)) values[Axis::estimator] = any_marginals;
+        Variant variant = values;
+        if (!options_.by_noise) variant[Axis::noise].clear();
+        if (!options_.by_gains) variant[Axis::gains].clear();
+        if (!options_.by_estimator) variant[Axis::estimator].clear();
+        Contents& content = contents[variant];
+        for (std::size_t axis = 0; axis < Axis::count; ++axis) content.values[axis].insert(values[axis]);
+        return content;
+    }
+
+    const ExperimentTableOptions& options_;
+};
+
 }  // namespace
 
-std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& database) {
+std::vector<std::optional<RecordedConfiguration>> detail::chosen_configurations(
+    Connection& connection, const ExperimentTableOptions& options) {
+    const std::vector<RecordedConfiguration> known = recorded_configurations(connection);
+    if (options.all_configurations) {
+        if (!known.empty()) return {known.begin(), known.end()};
+    } else if (!options.configuration.empty()) {
+        const auto found = std::ranges::find(known, options.configuration, &RecordedConfiguration::name);
+        if (found != known.end()) return {*found};
+        std::string names;
+        for (const RecordedConfiguration& configuration : known)
+            names += (names.empty() ? "'" : ", '") + configuration.name + "'";
+        throw InputError(connection.asked(), "no configuration is called '" + options.configuration + "'",
+                         known.empty() ? "the database has none" : "the database has " + names);
+    } else if (!known.empty()) {
+        return {known.front()};
+    }
+    return {std::nullopt};
+}
+
+std::vector<ExperimentTable> detail::tables_of_scope(
+    Connection& connection, const std::optional<RecordedConfiguration>& configuration,
+    const ExperimentTableOptions& options) {
+    std::vector<ExperimentTable> tables;
+    const Pictures pictures = pictures_of(connection);
+    for (const auto& [variant, content] : Reading(options).contents(connection)) {
+        tables.push_back(table_of(variant, content, pictures));
+        if (configuration) tables.back().configuration = configuration->name;
+    }
+    return tables;
+}
+
+ExperimentContents experiment_contents(const std::filesystem::path& database) {
     Connection connection(database, Connection::Access::read, "read the results '" + database.string() + "'");
     check_results(connection);
     const Transaction one_state(connection, Transaction::Kind::read);
+    ExperimentContents contents;
+    for (const RecordedConfiguration& configuration : recorded_configurations(connection)) {
+        enter_scope(connection, configuration);
+        contents.configurations.push_back(
+            {configuration.name, configuration.last_run,
+             static_cast<std::uint64_t>(connection.number("SELECT count(*) FROM scope_jobs"))});
+    }
+    contents.jobs = static_cast<std::uint64_t>(connection.number("SELECT count(*) FROM main.jobs"));
+    return contents;
+}
 
-    std::map<Variant, Contents> contents;
-    Statement best(connection, R"sql(
-        SELECT jobs.metric, jobs.marginals, places.material, jobs.picture, jobs.model, min(jobs.memd_star)
-        FROM jobs JOIN (SELECT DISTINCT material, picture FROM files) AS places ON places.picture = jobs.picture
-        GROUP BY jobs.metric, jobs.marginals, places.material, jobs.picture, jobs.model)sql");
-    while (best.step()) {
-        Material& material = contents[{best.text(0), best.text(1)}].materials[best.text(2)];
-        material.pictures.insert(best.text(3));
-        auto& models = material.best[best.text(4)];
-        if (!best.is_null(5)) models[best.text(3)] = best.real(5);
-    }
-    Statement count(connection, R"sql(
-        SELECT metric, marginals, status, count(*) FROM jobs WHERE picture IN (SELECT picture FROM files)
-        GROUP BY metric, marginals, status)sql");
-    while (count.step()) {
-        contents[{count.text(0), count.text(1)}].counts[count.text(2)] =
-            static_cast<std::uint64_t>(count.number(3));
-    }
-    spread_rolls(contents);
-    Statement kappa(connection, R"sql(
-        SELECT DISTINCT files.material, files.picture, pictures.kappa FROM files JOIN pictures USING (picture)
-        WHERE pictures.kappa IS NOT NULL)sql");
-    while (kappa.step()) {
-        for (auto& entry : contents) {
-            const auto found = entry.second.materials.find(kappa.text(0));
-            if (found != entry.second.materials.end()) found->second.kappa[kappa.text(1)] = kappa.real(2);
-        }
-    }
+std::vector<ExperimentTable> experiment_tables(const std::filesystem::path& database,
+                                               const ExperimentTableOptions& options) {
+    Connection connection(database, Connection::Access::read, "read the results '" + database.string() + "'");
+    check_results(connection);
+    const Transaction one_state(connection, Transaction::Kind::read);
     std::vector<ExperimentTable> tables;
-    tables.reserve(contents.size());
-    for (const auto& [variant, content] : contents) tables.push_back(table_of(variant, content));
+    for (const auto& configuration : chosen_configurations(connection, options)) {
+        enter_scope(connection, configuration);
+        std::ranges::move(tables_of_scope(connection, configuration, options), std::back_inserter(tables));
+    }
     return tables;
 }
 

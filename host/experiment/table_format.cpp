@@ -5,6 +5,9 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "host/base/text_table.hpp"
 #include "host/model/model_names.hpp"
@@ -33,7 +36,7 @@ std::string text_of(const ExperimentTable& table) {
             rows[0].insert(rows[0].end(), {title, ""});
             rows[1].insert(rows[1].end(), {"mean", "std"});
         }
-        rows.insert(rows.end(), grid.rows.begin(), grid.rows.end());
+        for (const TableGrid::Row& row : grid.rows) rows.push_back(row.cells);
         text += "\n" + btfield::detail::table(rows, "lr");
     }
     return text + "\n" + table_counts(table) + "\n";
@@ -53,9 +56,9 @@ std::string markdown_of(const ExperimentTable& table) {
         line += "--:|--:|";
     }
     text += "\n" + line + "\n";
-    for (const auto& row : grid.rows) {
+    for (const TableGrid::Row& row : grid.rows) {
         text += "|";
-        for (const std::string& cell : row) text += " " + markdown_cell(cell) + " |";
+        for (const std::string& cell : row.cells) text += " " + markdown_cell(cell) + " |";
         text += "\n";
     }
     return text + "\n" + table_counts(table) + "\n";
@@ -68,6 +71,10 @@ std::string latex_text(const std::string& text) {
             escaped += std::string("\\") + c;
         } else if (c == '\\') {
             escaped += "\\textbackslash{}";
+        } else if (c == '<' || c == '>' || c == '|') {  // other signs in the usual encoding of fonts
+            escaped += c == '<' ? "\\textless{}" : c == '>' ? "\\textgreater{}" : "\\textbar{}";
+        } else if (c == '"') {
+            escaped += "\\textquotedbl{}";
         } else if (c == '~' || c == '^') {
             escaped += std::string("\\") + c + "{}";
         } else {
@@ -85,32 +92,59 @@ std::string latex_text(const std::string& text) {
     return escaped;
 }
 
+/// "tab:memd-natural-textures-max-match": letters, digits and dashes.
+std::string latex_label(const ExperimentTable& table) {
+    std::string label = "tab:memd";
+    for (const std::string& part :
+         {table.configuration, table.metric, table.marginals, table.noise, table.gains, table.estimators}) {
+        if (!part.empty()) label += '-';
+        for (const char c : part) {
+            const auto byte = static_cast<unsigned char>(c);
+            if (byte < 128 && std::isalnum(byte) != 0) {
+                label += static_cast<char>(std::tolower(byte));
+            } else if (label.back() != '-') {
+                label += '-';
+            }
+        }
+        while (label.back() == '-') label.pop_back();
+    }
+    return label;
+}
+
+std::string latex_head(const TableGrid& grid) {
+    std::string text = "\\begin{tabular}{l", second = "model", rules;
+    for (std::size_t i = 0; i < grid.titles.size(); ++i) text += "rr";
+    text += "}\n\\toprule\n";
+    for (std::size_t i = 0; i < grid.titles.size(); ++i) {
+        text += " & \\multicolumn{2}{c}{" + latex_text(grid.titles[i]) + "}";
+        second += " & mean & std";
+        rules += "\\cmidrule(lr){" + std::to_string(2 * i + 2) + "-" + std::to_string(2 * i + 3) + "}";
+    }
+    return text + " \\\\\n" + rules + "\n" + second + " \\\\\n\\midrule\n";
+}
+
 std::string latex_of(const ExperimentTable& table) {
     constexpr std::size_t across = 8;  // as P4
-    std::string text = "\\begin{table}\n\\centering\n";
+    std::string text = "% needs \\usepackage{booktabs}\n\\begin{table}\n\\centering\n";
     for (std::size_t first = 0; first == 0 || first < table.materials.size(); first += across) {
         const std::size_t end = std::min(first + across, table.materials.size());
         const TableGrid grid = table_grid(table, first, end, end == table.materials.size());
-        text += "\\begin{tabular}{l";
-        for (std::size_t i = 0; i < grid.titles.size(); ++i) text += "|rr";
-        text += "}\n";
-        std::string second = "model";
-        for (const std::string& title : grid.titles) {
-            text += " & \\multicolumn{2}{c}{" + latex_text(title) + "}";
-            second += " & mean & std";
-        }
-        text += " \\\\\n" + second + " \\\\ \\hline\n";
+        text += latex_head(grid);
         for (std::size_t r = 0; r < grid.rows.size(); ++r) {
-            if (r == grid.models) text += "\\hline\n";
+            if (std::ranges::find(grid.blocks, r) != grid.blocks.end()) text += "\\midrule\n";
+            const TableGrid::Row& row = grid.rows[r];
             std::string line;
-            for (const std::string& cell : grid.rows[r])
-                line += (line.empty() ? "" : " & ") + latex_text(cell);
+            for (std::size_t c = 0; c < row.cells.size(); ++c) {
+                const bool least = row.model && c % 2 == 1 && row.least[c / 2];
+                const std::string cell = latex_text(row.cells[c]);
+                line += (c == 0 ? "" : " & ") + (least ? "\\textbf{" + cell + "}" : cell);
+            }
             text += line + " \\\\\n";
         }
-        text += "\\end{tabular}\n\n";
+        text += "\\bottomrule\n\\end{tabular}\n\n";
     }
     return text + "\\caption{" + latex_text(table_caption(table) + ". " + table_counts(table) + ".") +
-           "}\n\\end{table}\n";
+           "}\n\\label{" + latex_label(table) + "}\n\\end{table}\n";
 }
 
 std::string csv_text(const std::string& text) {
@@ -126,21 +160,26 @@ std::string csv_number(double value) {
 
 /// One line per material and model; the material is empty for all together.
 std::string csv_of(const std::vector<ExperimentTable>& tables) {
-    std::string text = "metric,marginals,material,kappa,best_2d,best_3d,model,mean,std,pictures\n";
+    std::string text =
+        "metric,marginals,material,kappa,best_2d,best_3d,model,mean,std,pictures,of,configuration,noise,"
+        "gains,"
+        "estimator\n";
     for (const ExperimentTable& table : tables) {
         const std::string start = csv_text(table.metric) + "," + csv_text(table.marginals) + ",";
-        const auto end = [](const ExperimentTable::Cell& cell) {
+        const std::string settings = "," + csv_text(table.configuration) + "," + csv_text(table.noise) + "," +
+                                     csv_text(table.gains) + "," + csv_text(table.estimators) + "\n";
+        const auto end = [&](const ExperimentTable::Cell& cell, int of) {
             return "," + csv_number(cell.mean) + "," + csv_number(cell.deviation) + "," +
-                   std::to_string(cell.pictures) + "\n";
+                   std::to_string(cell.pictures) + "," + std::to_string(of) + settings;
         };
         for (const ExperimentTable::Row& row : table.rows) {
             for (std::size_t m = 0; m < table.materials.size(); ++m) {
                 const ExperimentTable::Colour& colour = table.colours[m];
                 text += start + csv_text(table.materials[m]) + "," + csv_number(colour.kappa) + "," +
                         csv_number(colour.best_2d) + "," + csv_number(colour.best_3d) + "," + row.model +
-                        end(row.materials[m]);
+                        end(row.materials[m], table.pictures[m]);
             }
-            text += start + ",,,," + row.model + end(row.all);
+            text += start + ",,,," + row.model + end(row.all, table.all_pictures);
         }
     }
     return text;
@@ -163,48 +202,115 @@ std::string detail::percent_text(double value) {
     return std::isfinite(value) ? formatted("%.2f", value) : "-";
 }
 
+std::string detail::mean_text(double mean, int pictures, int all) {
+    if (!std::isfinite(mean) || pictures == all) return percent_text(mean);
+    return percent_text(mean) + " (" + std::to_string(pictures) + "/" + std::to_string(all) + ")";
+}
+
+namespace {
+
+/// 0 for 2D fields, 1 for 3D ones, 2 for what is none.
+int block_of(const std::string& model) {
+    const std::optional<ModelKind> field = find_value<ModelKind>(model);
+    return !field ? 2 : is_2d(*field) ? 0 : 1;
+}
+
+/// Marks the least mean of each pair, of those over all pictures. Equal as they are shown is equal.
+void mark_least(const std::vector<std::vector<const ExperimentTable::Cell*>>& cells,
+                const std::vector<int>& all, TableGrid& grid) {
+    for (std::size_t pair = 0; pair < all.size(); ++pair) {
+        std::string least;
+        double value = std::numeric_limits<double>::infinity();
+        for (const auto& row : cells) {
+            if (row[pair]->pictures != all[pair] || !(row[pair]->mean < value)) continue;
+            value = row[pair]->mean;
+            least = percent_text(value);
+        }
+        for (std::size_t r = 0; r < cells.size(); ++r) {
+            const ExperimentTable::Cell& cell = *cells[r][pair];
+            grid.rows[r].least.push_back(cell.pictures == all[pair] && std::isfinite(value) &&
+                                         percent_text(cell.mean) == least);
+            grid.partial = grid.partial || (cell.pictures > 0 && cell.pictures < all[pair]);
+        }
+    }
+}
+
+void add_models(const ExperimentTable& table, std::size_t first, std::size_t end, const std::vector<int>& all,
+                TableGrid& grid) {
+    std::vector<const ExperimentTable::Row*> models;
+    for (const ExperimentTable::Row& row : table.rows) models.push_back(&row);
+    std::ranges::stable_sort(models, {}, [](const auto* row) { return block_of(row->model); });
+    std::vector<std::vector<const ExperimentTable::Cell*>> cells;
+    for (std::size_t r = 0; r < models.size(); ++r) {
+        const ExperimentTable::Row& model = *models[r];
+        if (r > 0 && block_of(models[r - 1]->model) != block_of(model.model)) grid.blocks.push_back(r);
+        cells.emplace_back();
+        for (std::size_t m = first; m < end; ++m) cells.back().push_back(&model.materials[m]);
+        if (all.size() > end - first) cells.back().push_back(&model.all);
+        TableGrid::Row row;
+        row.model = true;
+        row.cells.push_back(model_title(model.model));
+        for (std::size_t pair = 0; pair < all.size(); ++pair) {
+            const ExperimentTable::Cell& cell = *cells.back()[pair];
+            row.cells.push_back(mean_text(cell.mean, cell.pictures, all[pair]));
+            // One picture has no deviation from others.
+            row.cells.push_back(cell.pictures == 1 ? "" : percent_text(cell.deviation));
+        }
+        grid.rows.push_back(std::move(row));
+    }
+    mark_least(cells, all, grid);
+    grid.blocks.push_back(grid.rows.size());
+}
+
+}  // namespace
+
 TableGrid detail::table_grid(const ExperimentTable& table, std::size_t first, std::size_t end, bool all) {
     TableGrid grid;
-    grid.models = table.rows.size();
-    int pictures = 0;
-    for (const int count : table.pictures) pictures += count;
+    std::vector<int> pictures;
     for (std::size_t m = first; m < end; ++m) {
+        pictures.push_back(table.pictures[m]);
         grid.titles.push_back(table.materials[m] + " (" + std::to_string(table.pictures[m]) + ")");
     }
-    if (all) grid.titles.push_back("all (" + std::to_string(pictures) + ")");
-    for (const ExperimentTable::Row& row : table.rows) {
-        std::vector<std::string> cells{model_title(row.model)};
-        for (std::size_t m = first; m < end; ++m) {
-            cells.push_back(percent_text(row.materials[m].mean));
-            cells.push_back(percent_text(row.materials[m].deviation));
-        }
-        if (all) cells.insert(cells.end(), {percent_text(row.all.mean), percent_text(row.all.deviation)});
-        grid.rows.push_back(std::move(cells));
+    if (all) {
+        pictures.push_back(table.all_pictures);
+        grid.titles.push_back("all (" + std::to_string(table.all_pictures) + ")");
     }
+    add_models(table, first, end, pictures, grid);
     const auto add = [&](const std::string& title, const auto& text) {
-        std::vector<std::string> cells{title};
-        for (std::size_t m = first; m < end; ++m) cells.insert(cells.end(), {text(table.colours[m]), ""});
-        if (all) cells.insert(cells.end(), {"", ""});
-        grid.rows.push_back(std::move(cells));
+        TableGrid::Row row;
+        row.cells.push_back(title);
+        for (std::size_t m = first; m < end; ++m)
+            row.cells.insert(row.cells.end(), {text(table.colours[m], table.pictures[m]), ""});
+        if (all) row.cells.insert(row.cells.end(), {"", ""});
+        grid.rows.push_back(std::move(row));
     };
     using Colour = ExperimentTable::Colour;
-    add("κ(256)", [](const Colour& c) { return kappa_text(c.kappa); });
-    add("κ predicts", [](const Colour& c) {
+    add("κ(256)", [](const Colour& c, int) { return kappa_text(c.kappa); });
+    add("κ predicts", [](const Colour& c, int) {
         return std::string(!std::isfinite(c.kappa) ? "-" : c.needs_3d ? "gap" : "no gap");
     });
-    add("best 2D", [](const Colour& c) { return percent_text(c.best_2d); });
-    add("best 3D", [](const Colour& c) { return percent_text(c.best_3d); });
-    add("κ was right", [](const Colour& c) {
-        if (!std::isfinite(c.best_2d) || !std::isfinite(c.kappa)) return std::string("-");
+    add("best 2D", [](const Colour& c, int of) { return mean_text(c.best_2d, c.pictures_2d, of); });
+    add("best 3D", [](const Colour& c, int of) { return mean_text(c.best_3d, c.pictures_3d, of); });
+    add("κ was right", [](const Colour& c, int) {
+        if (!std::isfinite(c.best_2d) || !std::isfinite(c.best_3d) || !std::isfinite(c.kappa))
+            return std::string("-");
         return std::string(c.needs_3d == c.gap ? "yes" : "no");
     });
     return grid;
 }
 
 std::string detail::table_caption(const ExperimentTable& table) {
-    return "MEMD* of the best textures in percent, mean and standard deviation over pictures (metric " +
-           table.metric + ", marginals " + table.marginals +
-           "); a gap is a best 2D that exceeds the best 3D by more than " + percent_text(memd_gap_threshold);
+    std::string text =
+        "MEMD* of the best textures in percent, mean and standard deviation over pictures (metric " +
+        table.metric + ", marginals " + table.marginals;
+    for (const auto& [what, values] :
+         {std::pair{"noise", table.noise}, {"gains", table.gains}, {"estimator", table.estimators}})
+        if (!values.empty()) text += std::string(", ") + what + " " + values;
+    if (!table.configuration.empty()) text += "; configuration '" + table.configuration + "'";
+    text += "); a gap is a best 2D that exceeds the best 3D by more than " + percent_text(memd_gap_threshold);
+    if (table_grid(table, 0, table.materials.size(), true).partial)
+        text += "; (n/N) marks a mean over n of N pictures, the others having no texture of that model";
+    return text;
 }
 
 std::string detail::table_counts(const ExperimentTable& table) {

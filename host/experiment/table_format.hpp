@@ -16,12 +16,21 @@ namespace btfield::detail {
 [[nodiscard]] std::string kappa_text(double kappa);
 /// Two decimals; "-" for what is not a number.
 [[nodiscard]] std::string percent_text(double value);
+/// "12.63"; "12.63 (1/6)" of a mean over fewer than all pictures.
+[[nodiscard]] std::string mean_text(double mean, int pictures, int all);
 
-/// One or more materials, or all: two columns each.
+/// One or more materials, or all: two columns each. Models stand in blocks as in P4: 2D, 3D, others; what is
+/// about κ follows.
 struct TableGrid {
-    std::vector<std::string> titles;             ///< of the pairs of columns
-    std::vector<std::vector<std::string>> rows;  ///< title, then two cells per pair; the second may be empty
-    std::size_t models = 0;                      ///< rows that come first; the others are about κ
+    struct Row {
+        std::vector<std::string> cells;  ///< title, then two per pair; the second may be empty
+        std::vector<bool> least;         ///< of each pair: the least mean of those over all pictures
+        bool model = false;              ///< else about κ
+    };
+    std::vector<std::string> titles;  ///< of the pairs of columns
+    std::vector<Row> rows;
+    std::vector<std::size_t> blocks;  ///< first rows of all but the first block
+    bool partial = false;             ///< some mean is not over all pictures
 };
 
 /// \param first, end range of materials
@@ -30,7 +39,7 @@ struct TableGrid {
                                    bool all);
 
 /// "MEMD* of the best textures in percent, mean and standard deviation over pictures (metric max, marginals
-/// match)".
+/// match, noise full, …; configuration 'Sand'); …": what n/N means where means are partial.
 [[nodiscard]] std::string table_caption(const ExperimentTable& table);
 /// "120 jobs done, 6 refused, 0 failed".
 [[nodiscard]] std::string table_counts(const ExperimentTable& table);

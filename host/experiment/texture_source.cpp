@@ -132,8 +132,8 @@ FitOptions field_options(ModelKind kind, const ExperimentConfig& config, const J
     options.levels = settings.levels;
     options.factor = config.factor;
     options.estimator = settings.estimator;
-    options.noise = config.noise;
-    options.gains = config.gains;
+    options.noise = noise_of(config, settings.model);
+    options.gains = gains_of(config, settings.model);
     options.marginals = settings.marginals;
     return options;
 }
@@ -144,7 +144,7 @@ CompoundOptions compound_options(const ExperimentConfig& config, const JobSettin
     options.local.levels = settings.levels;
     options.local.factor = config.factor;
     options.local.estimator = settings.estimator;
-    options.local.noise = config.noise;
+    options.local.noise = noise_of(config, settings.model);
     options.local.marginals = settings.marginals;
     return options;
 }

@@ -92,11 +92,13 @@ std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
 }  // namespace
 
 SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice,
-                                 double scale, const std::vector<double>& mean, double budget)
+                                 double scale, const std::vector<double>& mean, double budget,
+                                 bool indefinite)
     : kind_(parts.front().kind),
       planes_(parts.front().planes()),
       parts_(static_cast<int>(parts.size())),
-      lattice_(lattice) {
+      lattice_(lattice),
+      indefinite_(indefinite) {
     const int pitch = spectrum_pitch(lattice.height);
     const std::vector<Offset> offsets = all_offsets(parts);
     offsets_count_ = static_cast<int>(offsets.size());
@@ -149,6 +151,7 @@ Kernel SpectralFactors::kernel(DeviceImpl& device, const char* name, bool stored
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_STORED_FACTORS", stored ? 1 : 0);
     parameters.set("BTFIELD_FACTOR", static_cast<int>(kind_));
+    if (indefinite_) parameters.set("BTFIELD_INDEFINITE", 1);
     return device.kernel("spectral_factors", name, parameters);
 }
 

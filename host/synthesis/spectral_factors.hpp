@@ -18,8 +18,9 @@ class SpectralFactors {
     /// \param scale    of F: level gain and the transform's normalisation
     /// \param mean     added to every pixel, one per plane of all parts
     /// \param budget   bytes that storing the factors may take; beyond, they are computed where they are used
+    /// \param indefinite of Markov models: directions in which S_t is negative are left out instead of NaN
     SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
-                    const std::vector<double>& mean, double budget);
+                    const std::vector<double>& mean, double budget, bool indefinite = false);
 
     /// Spectra of `batch` textures from noise drawn in frequency. keys: two seed words per texture.
     void draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level) const;
@@ -40,6 +41,7 @@ class SpectralFactors {
     Size lattice_;
     int offsets_count_;
     bool stored_ = false;
+    bool indefinite_;
     Buffer coefficients_, offsets_, rows_, columns_, mean_;
     Buffer factor_re_, factor_im_;
 };

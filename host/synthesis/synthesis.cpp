@@ -251,7 +251,8 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
                 layout_.routes[k] == LevelRoute::spectrum ? 1.0 / (2.0 * n) : 1.0 / (n * n);
             SpectralFactors factors(*device_,
                                     std::vector<SpectralForm>(level.models.begin(), level.models.end()), t,
-                                    level.gain * std::sqrt(variance), level_mean(model, k), spare / 4.0);
+                                    level.gain * std::sqrt(variance), level_mean(model, k), spare / 4.0,
+                                    !level.certificate.valid);
             spare -= factors.stored_bytes();
             levels_.emplace_back(std::move(factors));
             static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));

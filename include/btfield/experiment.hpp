@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -54,6 +55,20 @@ struct ExperimentPictures {
     double white = 1.0;
 };
 
+/// What a model has in place of what ExperimentConfig gives to all.
+struct ExperimentModelSettings {
+    std::optional<NoiseForm> noise;
+    std::optional<GainMode> gains;
+    std::optional<std::vector<EstimatorChoice>> estimators;
+    std::optional<std::vector<MarginalMode>> marginals;
+};
+
+/// What is measured of picture and texture.
+enum class MeasuredValues {
+    stored,     ///< values as the picture's type stores them
+    eight_bit,  ///< both in whole 255ths of white, clamped to 0 … white: what 8-bit pictures would hold
+};
+
 struct ExperimentConfig {
     std::string name;
     std::filesystem::path folder;  ///< that paths are relative to: the configuration file's
@@ -67,7 +82,10 @@ struct ExperimentConfig {
     int factor = 2;
     NoiseForm noise = NoiseForm::full;
     GainMode gains = GainMode::match;
+    /// Of single models, before noise, gains, estimators and marginals above.
+    std::map<ExperimentModel, ExperimentModelSettings> own;
     Metric metric = Metric::max;
+    MeasuredValues values = MeasuredValues::stored;
     std::optional<Size> size;    ///< of the textures; empty = as the picture
     bool allow_invalid = false;  ///< synthesise although a certificate fails
     std::string text;            ///< the file, for the record
@@ -133,8 +151,9 @@ struct ExperimentResult : ExperimentProgress {
 /// Runs what the database lacks. Rows are committed fit by fit; a run that ends at any moment, by whatever
 /// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
 /// alone opens the database and returns the result of all; other ranks return an empty one.
-/// \throws InputError when a pattern matches nothing or a picture cannot be read, before any work is done;
-///     when another run writes to the database, the file is no such database, damaged, or cannot be written
+/// \throws InputError when a pattern matches nothing, a picture cannot be read or a crop leaves it, before
+///     any work is done and with nothing added to the database; when another run writes to the database, the
+///     file is no such database, damaged, or cannot be written
 /// \throws DeviceError when no process can open its device
 BTFIELD_API ExperimentResult run_experiment(const ExperimentConfig& config,
                                             const std::filesystem::path& database,
@@ -154,7 +173,7 @@ BTFIELD_API ExperimentResult merge_experiments(const std::vector<std::filesystem
 /// the order of ExperimentModel.
 struct ExperimentTable {
     struct Cell {
-        int pictures = 0;        ///< that the model gave a texture for
+        int pictures = 0;        ///< that the model gave a texture for; of fewer than all: a partial mean
         double mean = 0.0;       ///< MEMD*, percent; NaN without pictures
         double deviation = 0.0;  ///< of the population
     };
@@ -164,15 +183,21 @@ struct ExperimentTable {
         Cell all;
     };
     struct Colour {
-        double kappa = 0.0;     ///< κ(256), median over the material's pictures
-        double best_2d = 0.0;   ///< mean over pictures of the least MEMD* of the 2D fields; NaN without
-        double best_3d = 0.0;   ///< the same of the 3D fields
+        double kappa = 0.0;    ///< κ(256), median over the material's pictures
+        double best_2d = 0.0;  ///< mean over pictures of the least MEMD* of the 2D fields; NaN without
+        double best_3d = 0.0;  ///< the same of the 3D fields
+        /// That these are means over: those that have both, or all of one's where none has.
+        int pictures_2d = 0, pictures_3d = 0;
         bool needs_3d = false;  ///< what κ > 3 predicts
         bool gap = false;       ///< best_2d exceeds best_3d by more than gap_threshold
     };
+    std::string configuration;      ///< name; empty where the database has none
     std::string metric, marginals;  ///< what all jobs of the table have in common
+    /// All values among the jobs, "diagonal, full"; empty where none of the models reads them.
+    std::string noise, gains, estimators;
     std::vector<std::string> materials;
-    std::vector<int> pictures;  ///< per material
+    std::vector<int> pictures;  ///< per material, of the configuration: with jobs or without
+    int all_pictures = 0;       ///< one that stands under two materials counts once
     std::vector<Row> rows;
     std::vector<Colour> colours;  ///< per material
     std::uint64_t done = 0, refused = 0, failed = 0;
@@ -182,11 +207,33 @@ struct ExperimentTable {
 /// percents.
 inline constexpr double memd_gap_threshold = 1.0;
 
-/// One table per metric and marginals that the database has, from the jobs it has so far. Rolls, whose
-/// marginals are "any", are in all of their metric.
+/// What a database holds.
+struct ExperimentContents {
+    struct Configuration {
+        std::string name;
+        std::string last_run;    ///< UTC, "2026-11-29T13:50:00Z"
+        std::uint64_t jobs = 0;  ///< of its pictures and settings
+    };
+    std::vector<Configuration> configurations;  ///< the one that was run last first
+    std::uint64_t jobs = 0;                     ///< of all, and of none
+};
 /// \throws InputError when the file is no such database or damaged
+[[nodiscard]] BTFIELD_API ExperimentContents experiment_contents(const std::filesystem::path& database);
+
+/// Which jobs count, and what tells tables apart besides metric and marginals.
+struct ExperimentTableOptions {
+    /// By name: the one so named that was run last. Empty: that of the last run.
+    std::string configuration{};
+    bool all_configurations = false;  ///< of each configuration its own tables
+    bool by_noise = false, by_gains = false, by_estimator = false;
+};
+
+/// One table per metric and marginals, from the jobs that the database has so far of the pictures and
+/// settings of a configuration: jobs of others do not count. What reads no marginals, or nothing else that
+/// tells tables apart (rolls; CAR and MA models, which have one estimator), is in all tables.
+/// \throws InputError when the file is no such database or damaged; when no configuration is so named
 [[nodiscard]] BTFIELD_API std::vector<ExperimentTable> experiment_tables(
-    const std::filesystem::path& database);
+    const std::filesystem::path& database, const ExperimentTableOptions& options = {});
 
 enum class TableFormat { text, markdown, csv, latex };
 [[nodiscard]] BTFIELD_API std::string format_tables(const std::vector<ExperimentTable>& tables,
@@ -195,8 +242,45 @@ enum class TableFormat { text, markdown, csv, latex };
 /// Writes one HTML page that needs no other file: tables, thumbnails of pictures and best textures, κ, plots
 /// of MEMD* by order and levels.
 /// \param most_pictures that are shown one by one
+/// \param options which tables; pictures and plots are of the configuration asked for
 /// \throws InputError as experiment_tables; when the page cannot be written
 BTFIELD_API void write_experiment_report(const std::filesystem::path& database,
-                                         const std::filesystem::path& page, int most_pictures = 24);
+                                         const std::filesystem::path& page, int most_pictures = 24,
+                                         const ExperimentTableOptions& options = {});
+
+/// Which jobs to forget: those that meet every condition. A list that is empty sets none.
+struct ExperimentForget {
+    /// Names of pictures as the configuration leads to them, or file names alone; patterns (* ? [...]) too.
+    std::vector<std::string> pictures{};
+    std::vector<std::string> materials{};
+    std::vector<ExperimentModel> models{};
+    std::vector<int> orders{}, levels{};
+    std::vector<EstimatorChoice> estimators{};
+    std::vector<MarginalMode> marginals{};
+    std::vector<NoiseForm> noise{};
+    std::vector<GainMode> gains{};
+    std::vector<Metric> metrics{};
+    std::vector<std::uint64_t> seeds{};
+    bool failed = false, refused = false;  ///< of these states alone; both: either
+    bool stale = false;                    ///< not of the configuration that was run last
+    bool dry_run = false;                  ///< says what it would forget
+};
+struct ForgottenJobs {
+    struct Part {
+        std::string picture;  ///< name and crop; the hash of one that no file stands for any more
+        std::string model;
+        std::uint64_t done = 0, refused = 0, failed = 0;
+    };
+    std::vector<Part> parts;                                    ///< by picture, then in the order of models
+    std::uint64_t jobs = 0, done = 0, refused = 0, failed = 0;  ///< that were forgotten
+    std::uint64_t textures = 0;                                 ///< records of kept ones; their files stay
+    std::uint64_t left = 0;                                     ///< jobs that the database keeps
+};
+
+/// Removes jobs from a database, so that tables do without them and the next run does them anew where its
+/// configuration asks for them. Pictures and configurations that no job is left of go too.
+/// \throws InputError when no condition is set; when a picture, material or configuration asked for is not in
+///     the database; as run_experiment for the database
+BTFIELD_API ForgottenJobs forget_jobs(const std::filesystem::path& database, const ExperimentForget& which);
 
 }  // namespace btfield

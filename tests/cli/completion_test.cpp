@@ -135,7 +135,7 @@ offers 'btfield --verbose inf' btfield --verbose inf
     EXPECT_EQ(ended.err, "");
     EXPECT_EQ(ended.out,
               "fit\n"
-              "run table merge report\n"
+              "run table merge report forget\n"
               "full diagonal\n"
               "full diagonal\n"
               "\n"
@@ -183,20 +183,20 @@ TEST(CliCompletionLong, Fish) {
     const std::string script = (typed.folder() / "btfield.fish").string();
     put_bytes(script, btfield({"completion", "fish"}).out);
     fs::create_symlink(BTFIELD_CLI, typed.folder() / "btfield");
-    for (const auto& [line, offered] :
-         std::vector<std::pair<std::string, Words>>{{"fi", {"fit"}},
-                                                    {"experiment ", {"run", "table", "merge", "report"}},
-                                                    {"experiment ru", {"run"}},
-                                                    {"fit cor", {"cork.png"}},
-                                                    {"fit --noise ", {"full", "diagonal"}},
-                                                    {"fit -o m.json --model 3d-c", {"3d-car"}},
-                                                    {"fit --model=3d-c", {"--model=3d-car"}},
-                                                    {"fit --neighbourhood cor", {"correlated:"}},
-                                                    {"fit --noi", {"--noise"}},
-                                                    {"fit --verb", {"--verbose"}},
-                                                    {"experiment run --synth-out be", {"best/"}},
-                                                    {"synth --device 0", {"0:0"}},
-                                                    {"synth --seed ", {}}}) {
+    for (const auto& [line, offered] : std::vector<std::pair<std::string, Words>>{
+             {"fi", {"fit"}},
+             {"experiment ", {"run", "table", "merge", "report", "forget"}},
+             {"experiment ru", {"run"}},
+             {"fit cor", {"cork.png"}},
+             {"fit --noise ", {"full", "diagonal"}},
+             {"fit -o m.json --model 3d-c", {"3d-car"}},
+             {"fit --model=3d-c", {"--model=3d-car"}},
+             {"fit --neighbourhood cor", {"correlated:"}},
+             {"fit --noi", {"--noise"}},
+             {"fit --verb", {"--verbose"}},
+             {"experiment run --synth-out be", {"best/"}},
+             {"synth --device 0", {"0:0"}},
+             {"synth --seed ", {}}}) {
         SCOPED_TRACE(line);
         const Ended ended = run_program(
             {"/usr/bin/env", "HOME=" + typed.folder().path().string(), "/usr/bin/fish", "--no-config", "-c",

@@ -117,6 +117,63 @@ TEST(CliExperiment, RunTableMergeReport) {
     EXPECT_EQ(test::bytes_of(database), results);
 }
 
+/// A crop that is mistyped, corrected, and what was left behind: nothing that anybody has to take care of.
+TEST(CliExperiment, ConfigurationThatChanges) {
+    const TemporaryFolder folder;
+    const fs::path config = small_experiment(folder);
+    const std::string database = (folder / "r.db").string();
+    const std::string text = test::bytes_of(config);
+    const auto with_crop = [&](const std::string& crop) {
+        std::string changed = text;
+        changed.replace(changed.find("\"files\": [\"a.ppm\"]"), 18,
+                        "\"files\": [\"a.ppm\"], \"crop\": " + crop);
+        test::put_bytes(config, changed);
+    };
+    with_crop("[16, 16, 64, 64]");
+    const Ended wrong = run_program(experiment({"run", config.string(), "--out", database}));
+    EXPECT_EQ(wrong.code, 1);
+    EXPECT_EQ(std::count(wrong.err.begin(), wrong.err.end(), '\n'), 1) << wrong.err;
+    EXPECT_NE(wrong.err.find("'a.ppm' of stone, crop [16,16,64,64]"), std::string::npos) << wrong.err;
+    EXPECT_FALSE(fs::exists(database));
+
+    with_crop("[0, 0, 32, 24]");
+    ASSERT_EQ(run_program(experiment({"run", config.string(), "--out", database})).code, 0);
+    with_crop("[0, 0, 32, 32]");
+    ASSERT_EQ(run_program(experiment({"run", config.string(), "--out", database})).code, 0);
+    const Ended table = run_program(experiment({"table", database, "--json"}));
+    EXPECT_NE(table.err.find("12 of the 36 jobs"), std::string::npos) << table.err;
+    const json object = test::parsed(table.out);
+    ASSERT_EQ(object["tables"].size(), 1U);
+    EXPECT_EQ(object["jobs"], 36);
+    EXPECT_EQ(object["tables"][0]["done"], 24);
+    EXPECT_EQ(object["tables"][0]["configuration"], "small");
+    EXPECT_EQ(object["tables"][0]["noise"], "full");
+    EXPECT_EQ(object["tables"][0]["models"][0]["all"]["pictures"], 2);
+    EXPECT_EQ(object["tables"][0]["models"][0]["all"]["of"], 2);
+    ASSERT_EQ(object["configurations"].size(), 2U);
+    EXPECT_EQ(object["configurations"][0]["jobs"], 24);
+    const json all =
+        test::parsed(run_program(experiment({"table", database, "--json", "--all-configurations"})).out);
+    EXPECT_EQ(all["tables"].size(), 2U);
+
+    const Ended listed = run_program(experiment({"forget", database, "--stale", "--dry-run"}));
+    EXPECT_EQ(listed.code, 0) << listed.err;
+    EXPECT_NE(listed.out.find("would forget 12 jobs: 12 done, 0 refused, 0 failed; 24 jobs would be left"),
+              std::string::npos)
+        << listed.out;
+    const json forgotten =
+        test::parsed(run_program(experiment({"forget", database, "--stale", "--json"})).out);
+    EXPECT_EQ(forgotten["jobs"], 12);
+    EXPECT_EQ(forgotten["left"], 24);
+    EXPECT_EQ(forgotten["dry_run"], false);
+    EXPECT_EQ(forgotten["forgotten"].size(), 2U);
+    EXPECT_EQ(run_program(experiment({"table", database})).err, "");
+    const json seeds = test::parsed(
+        run_program(experiment({"forget", database, "--seed", "5", "--model", "2d-car,3d-car", "--json"}))
+            .out);
+    EXPECT_EQ(seeds["jobs"], 12);
+}
+
 TEST(CliExperiment, CompoundAndRollInTables) {
     const TemporaryFolder folder;
     const std::string config = test::varied_experiment(folder).string(),
@@ -145,6 +202,10 @@ TEST(CliExperiment, WrongUsage) {
                                    {"run", config, "--out", database, "--shard", "1"},
                                    {"run", config, "--out", database, "--jobs", "0"},
                                    {"table", database, "--format", "xml"},
+                                   {"table", database, "--by", "noise,colour"},
+                                   {"table", database, "--configuration", "a", "--all-configurations"},
+                                   {"forget", database, "--model", "4d-car"},
+                                   {"forget", database, "--order", "1,x"},
                                    {"merge", database}};
     for (const Words& words : wrong) {
         const Ended ended = run_program(experiment(words));
@@ -153,6 +214,10 @@ TEST(CliExperiment, WrongUsage) {
         const std::string command = words.empty() ? "experiment" : "experiment " + words.front();
         EXPECT_NE(ended.err.find("btfield: " + command + ": "), std::string::npos) << ended.err;
         EXPECT_NE(ended.err.find("'btfield " + command + " --help'"), std::string::npos) << ended.err;
+    }
+    for (const char* command : {"run", "merge", "report"}) {  // as their errors say
+        const Ended help = run_program(experiment({command, "--help"}));
+        EXPECT_NE(help.out.find("-o,--out"), std::string::npos) << help.out;
     }
     test::put_bytes(folder / "bad.json", R"({"picture": []})");
     const Ended bad = run_program(experiment({"run", (folder / "bad.json").string(), "--out", database}));

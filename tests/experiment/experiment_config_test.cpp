@@ -72,6 +72,55 @@ TEST(ExperimentConfig, EveryKeyArrives) {
     EXPECT_TRUE(config.allow_invalid);
 }
 
+TEST(ExperimentConfig, SettingsByModel) {
+    json document = good();
+    document["$schema"] = "experiment.schema.json";
+    document["models"] = json::array({"3d-car", "3d-msar", "2d-ma", "compound"});
+    document["noise"] = {{"default", "diagonal"},
+                         {"car", "full"},
+                         {"ma", "full"},
+                         {"2d-ma", "diagonal"},
+                         {"compound", "full"}};
+    document["gains"] = {{"3d-msar", "none"}};
+    document["estimators"] = {{"default", json::array({"ls"})}, {"msar", json::array({"ml", "ls"})}};
+    document["marginals"] = {{"default", json::array({"none"})}, {"car", json::array({"match"})}};
+    const ExperimentConfig config = read(document);
+    EXPECT_EQ(noise_of(config, ExperimentModel::car3d), NoiseForm::full);
+    EXPECT_EQ(noise_of(config, ExperimentModel::msar3d), NoiseForm::diagonal);
+    EXPECT_EQ(noise_of(config, ExperimentModel::ma2d), NoiseForm::diagonal);
+    EXPECT_EQ(noise_of(config, ExperimentModel::ma3d), NoiseForm::full);
+    EXPECT_EQ(noise_of(config, ExperimentModel::compound), NoiseForm::full);
+    EXPECT_EQ(gains_of(config, ExperimentModel::msar3d), GainMode::none);
+    EXPECT_EQ(gains_of(config, ExperimentModel::car3d), GainMode::match);
+    std::set<std::string> kinds;
+    for (const JobSettings& job : job_settings(config)) {
+        const json text = test::parsed(settings_text(config, job));
+        kinds.insert(text["model"].get<std::string>() + " " + text["noise"].get<std::string>() + " " +
+                     text.value("gains", "-") + " " + text["estimator"].get<std::string>() + " " +
+                     text["marginals"].get<std::string>());
+    }
+    EXPECT_EQ(kinds, (std::set<std::string>{"3d-car full match auto match", "3d-msar diagonal none ls none",
+                                            "3d-msar diagonal none ml none", "2d-ma diagonal match auto none",
+                                            "compound full - auto none"}));
+    // A value for all is the same experiment as that value for each: no key changes.
+    json plain = good(), split = good();
+    plain["noise"] = "full";
+    split["noise"] = {{"default", "diagonal"}, {"car", "full"}};
+    EXPECT_EQ(settings_text(read(plain), job_settings(read(plain)).front()),
+              settings_text(read(split), job_settings(read(split)).front()));
+}
+
+TEST(ExperimentConfig, MeasuredValuesAreInTheKeyWhereTheyAreNotStored) {
+    json document = good();
+    const std::string before = settings_text(read(document), job_settings(read(document)).front());
+    document["values"] = "stored";
+    EXPECT_EQ(settings_text(read(document), job_settings(read(document)).front()), before);
+    document["values"] = "8-bit";
+    const ExperimentConfig config = read(document);
+    EXPECT_EQ(config.values, MeasuredValues::eight_bit);
+    EXPECT_NE(settings_text(config, job_settings(config).front()), before);
+}
+
 TEST(ExperimentConfig, RefusalsNameThePlace) {
     const auto expect = [](const char* pointer, const json& value, const std::string& part) {
         json document = good();
@@ -97,6 +146,14 @@ TEST(ExperimentConfig, RefusalsNameThePlace) {
     expect("/factor", 1, "factor");
     expect("/noise", "some", "noise");
     expect("/gains", 1, "gains");
+    expect("/noise", json::object(), "noise is an empty object");
+    expect("/noise", {{"4d-car", "full"}}, "noise has the unknown key '4d-car' (known: default, car, ma");
+    expect("/noise", {{"roll", "full"}}, "noise has the unknown key 'roll'");
+    expect("/noise", {{"car", "half"}}, "noise.car is \"half\"");
+    expect("/gains", {{"compound", "none"}}, "gains.compound is not read");
+    expect("/estimators", {{"msar", "ls"}}, "estimators.msar is no list");
+    expect("/values", "9-bit", "values is \"9-bit\"");
+    expect("/$schema", 1, "$schema is no text");
     expect("/metric", "l3", "metric");
     expect("/size", json::array({1}), "size is not [width, height]");
     expect("/size/0", 0, "size[0]");

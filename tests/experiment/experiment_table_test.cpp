@@ -29,12 +29,19 @@ namespace {
 namespace fs = std::filesystem;
 using test::TemporaryFolder;
 
+std::size_t count_of(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+    return count;
+}
+
 JobResult job(const std::string& picture, ExperimentModel model, int order, double memd_star) {
     JobResult result;
     result.picture = picture;
     result.settings.model = model;
     result.settings.order = order;
     result.metric = "max";
+    result.settings_text = settings_text({}, result.settings);
     result.key = picture + std::string(name(model)) + std::to_string(order);
     result.status = std::isnan(memd_star) ? JobStatus::refused : JobStatus::done;
     if (result.status == JobStatus::done) {
@@ -52,7 +59,9 @@ fs::path known_results(const TemporaryFolder& folder) {
     ExperimentConfig config;
     config.name = "known <one>";
     config.text = "{\"a\": \"<&>\"}";
-    database.add(config);
+    config.models = {ExperimentModel::car2d, ExperimentModel::car3d, ExperimentModel::ma3d};
+    config.orders = {1, 3};
+    config.levels = {1};
     std::vector<PictureSource> sources(3);
     for (std::size_t i = 0; i < 3; ++i) {
         sources[i].name = "p" + std::to_string(i + 1) + ".ppm";
@@ -61,7 +70,7 @@ fs::path known_results(const TemporaryFolder& folder) {
         sources[i].picture = std::to_string(i + 1);
         test::write_texture(sources[i].file, static_cast<unsigned>(i));
     }
-    database.add(sources);
+    database.add(config, sources);
     const std::vector<double> kappas{2.0, 5.0, 0.5};
     for (std::size_t i = 0; i < 3; ++i) {
         WorkReport report;
@@ -130,12 +139,18 @@ TEST(ExperimentTable, Formats) {
         holds(TableFormat::text, part);
     }
     holds(TableFormat::markdown, "| a\\|b, \"c\" & <d>_% (2) | std |");
-    holds(TableFormat::markdown, "| 2D CAR | 6.00 | 2.00 | 1.00 | 0.00 | 4.33 | 2.87 |");
-    holds(TableFormat::markdown, "| 3D CAR | 3.50 | 0.50 | - | - | 3.50 | 0.50 |");
-    holds(TableFormat::csv, "max,match,\"a|b, \"\"c\"\" & <d>_%\",3.5,6,3.5,2d-car,6,2,2\n");
-    holds(TableFormat::csv, "max,match,e,0.5,1,1.5,3d-car,,,0\n");
-    holds(TableFormat::latex, "a|b, \"c\" \\& <d>\\_\\% (2)");
-    holds(TableFormat::latex, "2D CAR & 6.00 & 2.00 & 1.00 & 0.00 & 4.33 & 2.87 \\\\");
+    holds(TableFormat::markdown, "| 2D CAR | 6.00 | 2.00 | 1.00 |  | 4.33 | 2.87 |");
+    holds(TableFormat::markdown, "| 3D CAR | 3.50 | 0.50 | - | - | 3.50 (2/3) | 0.50 |");
+    holds(TableFormat::csv,
+          "max,match,\"a|b, \"\"c\"\" & <d>_%\",3.5,6,3.5,2d-car,6,2,2,2,known <one>,full,match,\n");
+    holds(TableFormat::csv, "max,match,e,0.5,1,1.5,3d-car,,,0,1,known <one>,full,match,\n");
+    holds(TableFormat::text, "(n/N) marks a mean over n of N pictures");
+    holds(TableFormat::latex,
+          "a\\textbar{}b, \\textquotedbl{}c\\textquotedbl{} \\& \\textless{}d\\textgreater{}\\_\\% (2)");
+    holds(TableFormat::latex, "2D CAR & 6.00 & 2.00 & \\textbf{1.00} &  & \\textbf{4.33} & 2.87 \\\\");
+    // A mean over fewer pictures is no best one.
+    holds(TableFormat::latex, "3D CAR & \\textbf{3.50} & 0.50 & - & - & 3.50 (2/3) & 0.50 \\\\");
+    holds(TableFormat::latex, "\\label{tab:memd-known-one-max-match-full-match}");
     holds(TableFormat::latex, "$\\kappa$(256) & 3.5");
     // As many cells in every line of a Markdown table.
     const std::string markdown = format_tables(tables, TableFormat::markdown);
@@ -154,6 +169,131 @@ TEST(ExperimentTable, Formats) {
         at = end + 1;
     }
     EXPECT_EQ(cells, 8);
+}
+
+/// 2D models, 3D ones and the rest are blocks; every rule and environment is in its place.
+TEST(ExperimentTable, LatexIsThatOfBooktabs) {
+    const TemporaryFolder folder;
+    const std::string text = format_tables(experiment_tables(known_results(folder)), TableFormat::latex);
+    const std::regex form(
+        R"(% needs \\usepackage\{booktabs\}\n\\begin\{table\}\n\\centering\n)"
+        R"(\\begin\{tabular\}\{lrrrrrr\}\n\\toprule\n[^\n]+ \\\\\n)"
+        R"(\\cmidrule\(lr\)\{2-3\}\\cmidrule\(lr\)\{4-5\}\\cmidrule\(lr\)\{6-7\}\n)"
+        R"(model( & mean & std){3} \\\\\n\\midrule\n2D CAR [^\n]+\n\\midrule\n3D CAR [^\n]+\n3D MA [^\n]+\n)"
+        R"(\\midrule\n(?:[^\\\n][^\n]+\n|\$[^\n]+\n){5}\\bottomrule\n\\end\{tabular\}\n\n\\caption\{[^\n]+\}\n)"
+        R"(\\label\{[a-z0-9:-]+\}\n\\end\{table\}\n)");
+    EXPECT_TRUE(std::regex_match(text, form)) << text;
+}
+
+TEST(ExperimentTable, UnfinishedRunsAreMarked) {
+    const TemporaryFolder folder;
+    ExperimentConfig config;
+    config.models = {ExperimentModel::car3d};
+    config.orders = config.levels = {1};
+    {
+        ResultsDatabase database(folder / "r.db", "make it");
+        std::vector<PictureSource> sources(6);
+        for (std::size_t i = 0; i < sources.size(); ++i) {
+            sources[i].name = "p" + std::to_string(i);
+            sources[i].file = folder / sources[i].name;
+            sources[i].material = "m";
+            sources[i].picture = std::to_string(i);
+        }
+        database.add(config, sources);
+        WorkReport report;
+        report.results = {job("2", ExperimentModel::car3d, 1, 12.63)};
+        database.add(report);
+        database.close();
+    }
+    const std::vector<ExperimentTable> tables = experiment_tables(folder / "r.db");
+    ASSERT_EQ(tables.size(), 1U);
+    EXPECT_EQ(tables[0].pictures, std::vector<int>{6});
+    EXPECT_EQ(tables[0].all_pictures, 6);
+    for (const TableFormat format : {TableFormat::text, TableFormat::markdown, TableFormat::latex}) {
+        const std::string text = format_tables(tables, format);
+        EXPECT_EQ(count_of(text, "12.63 (1/6)"), 3U) << text;  // material, all, best 3D
+        EXPECT_EQ(text.find("0.00"), std::string::npos) << "no deviation of one picture: " << text;
+        EXPECT_EQ(text.find("textbf"), std::string::npos) << text;
+    }
+}
+
+/// Two configurations that differ in noise, in one database: never one best-of row.
+TEST(ExperimentTable, ConfigurationsStayApart) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "r.db";
+    std::vector<PictureSource> sources(2);
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        sources[i].name = "p" + std::to_string(i);
+        sources[i].file = folder / sources[i].name;
+        sources[i].material = "m";
+        sources[i].picture = std::to_string(i);
+    }
+    const auto run = [&](const std::string& name, NoiseForm noise, std::size_t pictures, double memd_star) {
+        ExperimentConfig config;
+        config.name = config.text = name;
+        config.models = {ExperimentModel::car3d, ExperimentModel::msar3d};
+        config.orders = config.levels = {1};
+        config.estimators = {EstimatorChoice::least_squares, EstimatorChoice::maximum_likelihood};
+        config.noise = noise;
+        ResultsDatabase database(path, "fill it");
+        database.add(config, {sources.begin(), sources.begin() + static_cast<std::ptrdiff_t>(pictures)});
+        for (std::size_t i = 0; i < pictures; ++i) {
+            WorkReport report;
+            for (const JobSettings& settings : job_settings(config)) {
+                JobResult result = job(sources[i].picture, settings.model, 1, memd_star);
+                result.settings = settings;
+                result.settings_text = settings_text(config, settings);
+                result.key = job_key(result.picture, result.settings_text);
+                if (settings.estimator == EstimatorChoice::maximum_likelihood) *result.memd_star += 1.0;
+                if (database.jobs_of(result.picture).count(result.key) == 0) report.results.push_back(result);
+            }
+            database.add(report);
+        }
+        database.close();
+    };
+    run("first", NoiseForm::full, 2, 1.0);
+    run("second", NoiseForm::diagonal, 1, 5.0);
+
+    std::vector<ExperimentTable> tables = experiment_tables(path);
+    ASSERT_EQ(tables.size(), 1U);
+    EXPECT_EQ(tables[0].configuration, "second");
+    EXPECT_EQ(tables[0].noise, "diagonal");
+    EXPECT_EQ(tables[0].estimators, "ls, ml");
+    EXPECT_EQ(tables[0].done, 3U);
+    EXPECT_EQ(tables[0].all_pictures, 1);
+    EXPECT_EQ(tables[0].rows.at(0).all.mean, 5.0);
+    EXPECT_NE(format_tables(tables, TableFormat::text).find("noise diagonal"), std::string::npos);
+
+    tables = experiment_tables(path, {.configuration = "first"});
+    ASSERT_EQ(tables.size(), 1U);
+    EXPECT_EQ(tables[0].rows.at(0).all.mean, 1.0);
+    EXPECT_EQ(tables[0].all_pictures, 2);
+    EXPECT_EQ(experiment_tables(path, {.all_configurations = true}).size(), 2U);
+    EXPECT_THROW(static_cast<void>(experiment_tables(path, {.configuration = "third"})), InputError);
+
+    // CAR models have one estimator: they are in both.
+    tables = experiment_tables(path, {.configuration = "first", .by_noise = true, .by_estimator = true});
+    ASSERT_EQ(tables.size(), 2U);
+    for (const std::size_t t : {0U, 1U}) {
+        EXPECT_EQ(tables[t].estimators, t == 0 ? "ls" : "ml");
+        EXPECT_EQ(tables[t].noise, "full");
+        ASSERT_EQ(tables[t].rows.size(), 2U);
+        EXPECT_EQ(tables[t].rows[0].all.mean, 1.0);
+        EXPECT_EQ(tables[t].rows[1].all.mean, t == 0 ? 1.0 : 2.0);
+        EXPECT_EQ(tables[t].done, 4U);
+    }
+    const ExperimentContents contents = experiment_contents(path);
+    ASSERT_EQ(contents.configurations.size(), 2U);
+    EXPECT_EQ(contents.configurations[0].name, "second");
+    EXPECT_EQ(contents.configurations[0].jobs, 3U);
+    EXPECT_EQ(contents.configurations[1].jobs, 6U);
+    EXPECT_EQ(contents.jobs, 9U);
+    run("first", NoiseForm::full, 2, 1.0);  // the last run counts, whatever it found done
+    EXPECT_EQ(experiment_tables(path).at(0).configuration, "first");
+    write_experiment_report(path, folder / "page.html");
+    EXPECT_EQ(count_of(test::bytes_of(folder / "page.html"), "<section class=\"picture\">"), 2U);
+    write_experiment_report(path, folder / "page.html", 24, {.configuration = "second"});
+    EXPECT_EQ(count_of(test::bytes_of(folder / "page.html"), "<section class=\"picture\">"), 1U);
 }
 
 TEST(ExperimentTable, EmptyDatabase) {
@@ -238,8 +378,8 @@ TEST(ExperimentTable, CompoundAndRollAreRowsAfterTheTen) {
         EXPECT_EQ(text.find("nan"), std::string::npos) << text;
     }
     const std::string csv = format_tables(tables, TableFormat::csv);
-    EXPECT_NE(csv.find("max,none,m,5,4,2,compound,0.75,0,1\n"), std::string::npos) << csv;
-    EXPECT_NE(csv.find("l1,any,m,5,,,roll,0.25,0,1\n"), std::string::npos) << csv;
+    EXPECT_NE(csv.find("max,none,m,5,4,2,compound,0.75,0,1,1,,full,match,\n"), std::string::npos) << csv;
+    EXPECT_NE(csv.find("l1,any,m,5,,,roll,0.25,0,1,1,,,,\n"), std::string::npos) << csv;
 }
 
 /// Every element that opens closes again, in order; nothing is loaded from elsewhere.
@@ -272,12 +412,6 @@ void expect_page(const std::string& html) {
     for (const char* elsewhere : {"http:", "https:", "src=\"/", "<script", "<link", "url("}) {
         EXPECT_EQ(html.find(elsewhere), std::string::npos) << elsewhere;
     }
-}
-
-std::size_t count_of(const std::string& text, const std::string& part) {
-    std::size_t count = 0;
-    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
-    return count;
 }
 
 TEST(ExperimentTable, PageIsCompleteAndAlone) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <deque>
@@ -106,6 +107,50 @@ TEST(Experiment, RowsAreWhatTheStationsSay) {
     EXPECT_EQ(row.number(4), static_cast<std::int64_t>(parameter_count(model)));
     EXPECT_EQ(row.real(5), kappa(picture).kappa);
     EXPECT_FALSE(row.step());
+}
+
+TEST(Experiment, EightBitValuesAreThoseOfEightBitPictures) {
+    const TemporaryFolder folder;
+    test::write_texture(folder / "a.ppm", 3);
+    const Image image = read_picture(folder / "a.ppm").image;
+    write_picture(folder / "a.ppm", image, PixelType::uint16, PixelType::uint16);
+    ExperimentConfig config;
+    config.folder = folder.path();
+    config.pictures = {{"m", {"a.ppm"}, {}, 0.75}};
+    config.models = {ExperimentModel::car2d};
+    config.orders = config.levels = {1};
+    config.marginals = {MarginalMode::none};
+    config.values = MeasuredValues::eight_bit;
+    run_experiment(config, folder / "r.db", threads(1));
+    Device device;
+    const Image picture = read_picture(folder / "a.ppm").image;
+    FitOptions options;
+    options.model = ModelKind::car2d;
+    options.order = options.levels = 1;
+    options.marginals = MarginalMode::none;
+    const Image texture = Synthesiser(device, fit(device, picture, options), picture.size()).synthesise(0);
+    const Image steps = as_eight_bit(texture, 0.75);
+    std::int64_t out = 0;
+    for (std::size_t i = 0; i < area(texture.size()); ++i) {
+        bool beyond = false;
+        for (int p = 0; p < 3; ++p) {
+            const float value = texture.plane(p)[i];
+            beyond = beyond || value < 0.0F || value > 0.75F;
+            const float step = std::clamp(value / 0.75F * 255.0F, 0.0F, 255.0F);
+            EXPECT_LE(std::abs(steps.plane(p)[i] / 0.75F * 255.0F - step), 0.5001F);
+        }
+        out += beyond ? 1 : 0;
+    }
+    EXPECT_GT(out, 0) << "nothing to clamp: the picture tests nothing";
+    Connection connection(folder / "r.db", Connection::Access::read, "read");
+    Statement row(connection, "SELECT memd, clamped_pixels FROM jobs");
+    ASSERT_TRUE(row.step());
+    MemdOptions measure;
+    measure.white = {0.75, 0.75};
+    EXPECT_EQ(row.real(0),
+              memd(device, as_eight_bit(picture, 0.75), as_eight_bit(texture, 0.75), measure).memd);
+    EXPECT_NE(row.real(0), memd(device, picture, texture, measure).memd);
+    EXPECT_EQ(row.number(1), out);
 }
 
 /// Those of the pictures in `folder`.
@@ -218,6 +263,40 @@ TEST(Experiment, MissingPictureIsSaidBeforeAnyWork) {
     fs::remove(folder / "b.ppm");
     EXPECT_NE(error_of(config, folder / "r.db", threads(1)).find("b.p?m"), std::string::npos);
     EXPECT_FALSE(fs::exists(folder / "r.db"));
+}
+
+TEST(Experiment, PicturesAndCropsAreCheckedBeforeAnythingRuns) {
+    const TemporaryFolder folder;
+    ExperimentConfig config = read_experiment(small_experiment(folder));
+    const fs::path database = folder / "r.db";
+    run_experiment(config, database, threads(1));
+    const std::string before = test::bytes_of(database);
+    const auto refusal = [&](const fs::path& path) {
+        try {
+            run_experiment(config, path, threads(1));
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string("ran");
+    };
+    config.pictures[1].crop = Crop{20, 0, 32, 32};  // of 40 x 32 pixels
+    for (const fs::path& path : {database, folder / "new.db"}) {
+        const std::string said = refusal(path);
+        EXPECT_NE(said.find("'b.ppm' of bark, crop [20,0,32,32]"), std::string::npos) << said;
+        EXPECT_NE(said.find("leaves the picture of 40x32 pixels"), std::string::npos) << said;
+        EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    }
+    EXPECT_EQ(test::bytes_of(database), before);
+    EXPECT_FALSE(fs::exists(folder / "new.db"));
+    // A file that is no picture, and how many more there are.
+    config.pictures[0].crop = Crop{20, 0, 32, 32};
+    test::put_bytes(folder / "b.ppm", "P6 no picture");
+    const std::string said = refusal(folder / "new.db");
+    EXPECT_NE(said.find("'a.ppm' of stone"), std::string::npos) << said;
+    EXPECT_NE(said.find("(and another picture fails)"), std::string::npos) << said;
+    config.pictures[0].crop.reset();
+    EXPECT_NE(refusal(database).find("'b.ppm' of bark"), std::string::npos);
+    EXPECT_FALSE(fs::exists(folder / "new.db"));
 }
 
 TEST(Experiment, StopEndsAfterTheFitUnderWayAndResumes) {

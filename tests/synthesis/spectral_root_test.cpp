@@ -150,9 +150,10 @@ std::vector<float> packed(const MatrixXd& a) {
     return values;
 }
 
-Kernel kernel(Device& device, const char* name, Index d, int factor = 1) {
+Kernel kernel(Device& device, const char* name, Index d, int factor = 1, bool indefinite = false) {
     BuildParameters parameters = device.impl().lanes();
     parameters.set("BTFIELD_PLANES", static_cast<int>(d)).set("BTFIELD_FACTOR", factor);
+    if (indefinite) parameters.set("BTFIELD_INDEFINITE", 1);
     return device.impl().kernel("spectral_root", name, parameters);
 }
 
@@ -181,13 +182,13 @@ Roots hermitian_roots(Device& device, const Matrices& m) {
 
 /// hermitian_root_factors or general_solves: matrices and one real matrix in, matrices out.
 Matrices with_right_side(Device& device, const char* name, const Matrices& m, const MatrixXd& right,
-                         int factor = 1) {
+                         int factor = 1, bool indefinite = false) {
     DeviceImpl& impl = device.impl();
     const std::size_t bytes = m.re.size() * sizeof(float);
     const Buffer re = impl.upload(m.re), im = impl.upload(m.im), b = impl.upload(packed(right));
     const Buffer fr = impl.buffer(bytes), fi = impl.buffer(bytes);
-    impl.launch(kernel(device, name, m.d, factor), vectors(device, m), Grain::coarse, re, im, b, fr, fi,
-                static_cast<int>(m.pitch()));
+    impl.launch(kernel(device, name, m.d, factor, indefinite), vectors(device, m), Grain::coarse, re, im, b,
+                fr, fi, static_cast<int>(m.pitch()));
     Matrices result = m;
     result.re = test::read_all<float>(device, fr), result.im = test::read_all<float>(device, fi);
     return result;
@@ -262,6 +263,47 @@ TEST_P(SpectralRootWidths, FactorsOfMarkovFieldsMatchFloat64) {
                 EXPECT_LE(worst_pmrf, bound)
                     << d << " planes, conditions " << condition << ", " << noise_condition;
             }
+}
+
+/// What is left of a matrix when directions of negative eigenvalues are left out, to a power.
+MatrixXcd positive_power(const MatrixXcd& basis, const VectorXd& values, double power) {
+    VectorXd powers(values.size());
+    for (Index i = 0; i < values.size(); ++i) powers[i] = values[i] > 0.0 ? std::pow(values[i], power) : 0.0;
+    return basis * powers.cast<Complex>().asDiagonal() * basis.adjoint();
+}
+
+TEST_P(SpectralRootWidths, NegativeDirectionsAreLeftOut) {
+    for (const int d : {1, 2, 3, 4}) {
+        const MatrixXd root = noise_root(d, 10.0);
+        Matrices m(d, matrices_of(d));
+        std::vector<MatrixXcd> bases;
+        std::vector<VectorXd> values;
+        std::uniform_real_distribution<double> size(0.2, 1.0);
+        for (std::size_t n = 0; n < m.count; ++n) {
+            bases.push_back(random_unitary(d));
+            VectorXd eigenvalues(d);
+            // All positive, all negative, and mixed.
+            for (Index i = 0; i < d; ++i)
+                eigenvalues[i] = size(generator()) * (n % 3 == 0 || (n % 3 == 2 && i % 2 == 0) ? 1.0 : -1.0);
+            values.push_back(eigenvalues);
+            m.set(n, bases.back() * eigenvalues.cast<Complex>().asDiagonal() * bases.back().adjoint());
+        }
+        spoil_upper_triangle(m);
+        const Matrices mmrf = with_right_side(device_, "hermitian_root_factors", m, root, 1, true);
+        const Matrices pmrf = with_right_side(device_, "hermitian_root_factors", m, root, 2, true);
+        for (std::size_t n = 0; n < m.count; ++n) {
+            const MatrixXcd expected = root.cast<Complex>() * positive_power(bases[n], values[n], -0.5);
+            // The shift is below 2 d, and sums have d terms: eigenvalues are off by some d² u, those above
+            // 0.2 and the eigenvectors, whose gap is above 0.4, by ten times that in what is made of them.
+            const double bound = 200.0 * d * d * test::unit_roundoff;
+            EXPECT_LE((mmrf.get(n) - expected).norm(), bound * root.norm()) << d << " planes, matrix " << n;
+            const VectorXd inverse = values[n].cwiseInverse();
+            const MatrixXcd other = bases[n] * inverse.cast<Complex>().asDiagonal() * bases[n].adjoint() *
+                                    root.cast<Complex>() * positive_power(bases[n], values[n], 0.5);
+            EXPECT_LE((pmrf.get(n) - other).norm(), 5.0 * bound * root.norm())
+                << d << " planes, matrix " << n;
+        }
+    }
 }
 
 TEST_P(SpectralRootWidths, SolvesMatchFloat64) {

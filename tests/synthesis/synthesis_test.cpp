@@ -289,6 +289,29 @@ TEST(Synthesis, RefusesModelsWhoseCertificateFails) {
     EXPECT_NO_THROW(Synthesiser(device, model, {16, 16}, options));
 }
 
+TEST(Synthesis, MarkovModelsThatAreNoFieldsGiveFiniteTextures) {
+    Device device;
+    Analysis analysis(device, read_picture(BTFIELD_TEST_DATA "/cork.png").image.crop(0, 0, {128, 128}));
+    for (const ModelKind kind :
+         {ModelKind::mmrf2d, ModelKind::mmrf3d, ModelKind::pmrf2d, ModelKind::pmrf3d}) {
+        FitOptions fit_options;
+        fit_options.model = kind;
+        fit_options.order = 3;
+        fit_options.levels = 1;
+        fit_options.estimator = EstimatorChoice::least_squares;
+        fit_options.noise = NoiseForm::diagonal;
+        fit_options.marginals = MarginalMode::none;
+        const TextureModel model = analysis.fit(fit_options);
+        ASSERT_FALSE(is_valid(model)) << name(kind) << " tests nothing";
+        SynthesisOptions options;
+        options.allow_invalid = true;
+        const Image texture = Synthesiser(device, model, {64, 64}, options).synthesise(1);
+        EXPECT_TRUE(std::ranges::all_of(texture.values(), [](float v) { return std::isfinite(v); }))
+            << name(kind);
+        EXPECT_NE(texture.values()[0], texture.values()[1]) << name(kind);
+    }
+}
+
 TEST(Synthesis, SaysWhatFitsWhenMemoryDoesNot) {
     Device device;
     const TextureModel model = texture_model(3, 1, 2);
