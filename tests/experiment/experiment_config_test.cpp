@@ -232,6 +232,30 @@ TEST(ExperimentConfig, SchemaFileAgrees) {
               models);
 }
 
+/// What docs/p4.md says of its configurations: P4's noise, estimators and 24 attempts for each model.
+TEST(ExperimentConfig, ConfigurationsOfP4) {
+    const std::string docs = BTFIELD_SOURCE_DIR "/docs/";
+    const ExperimentConfig letter = read_experiment(docs + "p4-table-1.json");
+    for (const ExperimentModel model : letter.models) {
+        const bool car = model == ExperimentModel::car2d || model == ExperimentModel::car3d;
+        EXPECT_EQ(noise_of(letter, model), car ? NoiseForm::full : NoiseForm::diagonal) << name(model);
+        EXPECT_EQ(gains_of(letter, model), GainMode::none);
+    }
+    EXPECT_EQ(letter.estimators, std::vector<EstimatorChoice>{EstimatorChoice::least_squares});
+    EXPECT_EQ(letter.marginals, std::vector<MarginalMode>{MarginalMode::none});
+    EXPECT_TRUE(letter.allow_invalid);
+    const ExperimentConfig improved = read_experiment(docs + "p4-table-1-improved.json");
+    EXPECT_FALSE(improved.allow_invalid);
+    for (const ExperimentConfig& config : {letter, improved}) {
+        EXPECT_EQ(config.values, MeasuredValues::eight_bit);
+        EXPECT_EQ(job_settings(config).size(), 10U * 8U * 3U);
+        const std::vector<PictureSource> sources = picture_sources(config);
+        EXPECT_EQ(sources.size(), 11U);
+        EXPECT_NO_THROW(check_pictures(sources, [](const std::string&) { return false; }));
+    }
+    EXPECT_EQ(job_settings(read_experiment(docs + "p4-table-1-marginals.json")).size(), 2U * 10U * 3U);
+}
+
 std::vector<ExperimentModel> every_model() {
     const auto models = values_of<ExperimentModel>();
     return {models.begin(), models.end()};
