@@ -4,6 +4,7 @@
 // whatever its type: this room knows neither Size nor Offset.
 
 #include <string>
+#include <string_view>
 
 namespace btfield::detail {
 
@@ -28,6 +29,10 @@ requires requires(const Size& size) {
 [[nodiscard]] std::string compact_text_of(const Size& size) {
     return compact_size_text(size.width, size.height);
 }
+
+/// The text with every byte that is not part of well-formed UTF-8 (RFC 3629) replaced by U+FFFD: names of
+/// files and planes are bytes, JSON and CBOR hold text.
+[[nodiscard]] std::string valid_utf8(std::string_view text);
 
 /// "(row, column)"
 template <typename Offset>

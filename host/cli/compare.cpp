@@ -5,6 +5,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 
 namespace btfield::cli {
@@ -12,6 +13,7 @@ namespace {
 
 struct CompareArguments {
     std::string a, b;
+    ReadOptions reading;
     bool json = false;
 };
 
@@ -51,8 +53,9 @@ void report_text(const Comparison& comparison, const std::vector<double>& quanti
 }
 
 void run(const CompareArguments& options) {
-    const Image a = read_picture(options.a).image;
-    const Image b = read_picture(options.b).image;
+    const Image a = read_told(options.a, options.reading).image;
+    const Image b = read_told(options.b, options.reading).image;
+    warn_of_unlike_spaces(options.a, a, options.b, b);
     const Comparison comparison = compare(a, b);
     const std::vector<double> errors = quantile_errors(a, b);
     const double structure = structure_distance(a, b);
@@ -71,6 +74,7 @@ void add_compare(CLI::App& app, Action& action) {
     const auto options = std::make_shared<CompareArguments>();
     command->add_option("A", options->a, "reference picture")->required()->type_name("");
     command->add_option("B", options->b, "picture to judge; its size may differ")->required()->type_name("");
+    add_reading(*command, options->reading);
     add_json(*command, options->json);
     set_guide(*command, {{{"btfield compare cork.png cork-4x.png"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });

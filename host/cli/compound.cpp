@@ -20,6 +20,7 @@
 #include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
+#include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 #include "host/compound/compound_names.hpp"
 #include "host/fit/fit_names.hpp"
@@ -33,7 +34,7 @@ namespace fs = std::filesystem;
 struct CompoundFitArguments {
     std::vector<std::string> pictures;
     std::string output, labels, labels_output, device;
-    std::optional<Crop> crop;
+    ReadOptions reading;
     CompoundOptions compound;
     bool json = false;
 };
@@ -115,9 +116,8 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
              double done, double share) {
     const Stopwatch reading;
     bar.show(done, "read " + job.picture.filename().string());
-    const Picture picture = read_picture(job.picture, options.crop);
+    const Picture picture = read_told(job.picture, options.reading);
     job.read = reading.seconds();
-    warn_of_transparency(job.picture, picture);
     CompoundOptions compound = options.compound;
     if (!options.labels.empty()) compound.labels = labels_of(options.labels);
     double left = share;
@@ -251,7 +251,7 @@ void add_local_options(CLI::App& command, FitOptions& local) {
 void add_compound_fit(CLI::App& parent, Action& action) {
     CLI::App* command = parent.add_subcommand("fit", "fit a compound model to a picture");
     const auto options = std::make_shared<CompoundFitArguments>();
-    command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR or PNM")
+    command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR, PNM, WebP or HEIC")
         ->required()
         ->type_name("");
     command
@@ -267,7 +267,8 @@ void add_compound_fit(CLI::App& parent, Action& action) {
                "with pixels swapped along borders or not (default: conditional)");
     add_control_options(*command, *options);
     add_local_options(*command, options->compound.local);
-    add_crop(*command, "--crop", options->crop, "fit this rectangle of the picture only");
+    add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
+    add_reading(*command, options->reading);
     add_device(*command, options->device);
     add_json(*command, options->json);
     set_guide(*command,

@@ -75,6 +75,7 @@ Json compound_json(const CompoundModel& model, const std::filesystem::path& path
     object["planes"] = model.planes;
     object["size"] = size_json(model.size);
     object["colour_space"] = name(model.space);
+    if (!model.names.empty()) object["names"] = model.names;
     object["borders"] = name(model.borders);
     object["explained"] = number(model.explained);
     object["control"]["size"] = size_json(model.control.size);
@@ -91,7 +92,7 @@ std::string compound_text(const CompoundModel& model, std::uintmax_t bytes) {
                        std::to_string(model.planes) + (model.planes == 1 ? " plane" : " planes") + " of " +
                        std::string(name(model.provenance.type));
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
-    text += "\ncompound, " + std::to_string(model.regions.size()) +
+    text += "\n" + names_text(model.names) + "compound, " + std::to_string(model.regions.size()) +
             (model.regions.size() == 1 ? " region" : " regions") + ", " + std::string(name(model.borders)) +
             " borders; labels explain " + number_text(100.0 * model.explained) + " % of the variance\n";
     for (const std::string& reason : model.provenance.reasons) text += reason + "\n";

@@ -21,6 +21,7 @@
 #include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
+#include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/selection_options.hpp"
 #include "host/fit/fit_names.hpp"
@@ -34,7 +35,7 @@ namespace fs = std::filesystem;
 struct FitArguments {
     std::vector<std::string> pictures;
     std::string output, all, device;
-    std::optional<Crop> crop;
+    ReadOptions reading;
     FitOptions fit;
     bool json = false;
 };
@@ -106,9 +107,8 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     const Stopwatch reading;
     const fs::path& path = jobs.front().picture;
     bar.show(done, "read " + path.filename().string());
-    const Picture picture = read_picture(path, options.crop);
+    const Picture picture = read_told(path, options.reading);
     jobs.front().read = jobs.front().total = reading.seconds();
-    warn_of_transparency(path, picture);
 
     Analysis analysis(device, picture.image);
     const double own = share / static_cast<double>(jobs.size());
@@ -204,7 +204,7 @@ void add_fit(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("fit", "fit a model to a picture");
     const auto options = std::make_shared<FitArguments>();
     FitOptions& fit = options->fit;
-    command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR or PNM")
+    command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR, PNM, WebP or HEIC")
         ->required()
         ->type_name("");
     command
@@ -235,7 +235,8 @@ void add_fit(CLI::App& app, Action& action) {
     add_choice(*command, "--significance", fit.moving_average.rule,
                "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)")
         ->group(averages);
-    add_crop(*command, "--crop", options->crop, "fit this rectangle of the picture only");
+    add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
+    add_reading(*command, options->reading);
     add_device(*command, options->device);
     add_json(*command, options->json);
     set_guide(*command,

@@ -8,6 +8,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 
 namespace btfield::cli {
@@ -17,6 +18,7 @@ struct KappaArguments {
     std::vector<std::string> images;
     double cmax = 256.0;
     std::optional<double> white;
+    ReadOptions reading;
     bool json = false;
 };
 
@@ -32,7 +34,7 @@ const char* verdict(const Kappa& kappa) {
 }
 
 Judged judge(const std::string& path, const KappaArguments& options) {
-    const Picture picture = read_picture(path);
+    const Picture picture = read_told(path, options.reading);
     Judged result;
     result.image = path;
     result.hdr = is_hdr(picture);
@@ -110,6 +112,7 @@ void add_kappa(CLI::App& app, Action& action) {
     command->add_option("IMAGE", options->images, "pictures")->required()->type_name("");
     add_positive(*command, "--cmax", options->cmax, "largest value of a plane, c in kappa(c) (default: 256)");
     add_white(*command, options->white);
+    add_reading(*command, options->reading);
     add_json(*command, options->json);
     set_guide(*command,
               {.usual = {{"btfield kappa cork.png bark.png"}},

@@ -14,6 +14,7 @@
 #include "host/cli/command_text.hpp"
 #include "host/cli/error_map.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 #include "host/criteria/metric_names.hpp"
 
@@ -24,6 +25,7 @@ struct MemdArguments {
     std::string a, b, map, device;
     Metric metric = Metric::max;
     std::optional<double> white;
+    ReadOptions reading;
     bool both = false;
     bool json = false;
 };
@@ -72,7 +74,8 @@ void report_text(const MemdArguments& options, const MemdOptions& used, bool hdr
 void run(const MemdArguments& options) {
     const Stopwatch total;
     if (!options.map.empty()) check_error_map(options.map);
-    const Picture a = read_picture(options.a), b = read_picture(options.b);
+    const Picture a = read_told(options.a, options.reading), b = read_told(options.b, options.reading);
+    warn_of_unlike_spaces(options.a, a.image, options.b, b.image);
     MemdOptions used;
     used.metric = options.metric;
     used.white = {white_level(a, options.white), white_level(b, options.white)};
@@ -115,6 +118,7 @@ void add_memd(CLI::App& app, Action& action) {
             "write the local errors of A's pixels: EXR or TIFF as float units, -1 where B ran out of "
             "pixels; PNG in false colours, magenta where it did")
         ->type_name("FILE");
+    add_reading(*command, options->reading);
     add_device(*command, options->device);
     add_json(*command, options->json);
     set_guide(*command,

@@ -53,6 +53,14 @@ Json certificate_json(const Certificate& certificate) {
     return object;
 }
 
+std::string names_text(const std::vector<std::string>& names) {
+    if (names.empty()) return {};
+    constexpr std::size_t most = 24;  // spectral pictures have dozens
+    std::string text = "planes ";
+    for (std::size_t i = 0; i < names.size() && i < most; ++i) text += (i > 0 ? ", " : "") + names[i];
+    return text + (names.size() > most ? ", ...\n" : "\n");
+}
+
 double compression_ratio(const Provenance& provenance, std::uintmax_t bytes) {
     if (provenance.picture_bytes == 0) return std::numeric_limits<double>::quiet_NaN();
     return static_cast<double>(provenance.picture_bytes) / static_cast<double>(bytes);
@@ -68,6 +76,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
     object["planes"] = model.planes;
     object["size"] = size_json(model.size);
     object["colour_space"] = name(model.space);
+    if (!model.names.empty()) object["names"] = model.names;
     object["factor"] = model.factor;
     object["noise"] = name(model.noise);
     object["marginals"] = name(model.marginals.empty() ? MarginalMode::none : MarginalMode::match);
@@ -85,7 +94,8 @@ std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
                        std::to_string(model.planes) + (model.planes == 1 ? " plane" : " planes") + " of " +
                        std::string(name(model.provenance.type));
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
-    text += "\n" + std::string(name(model.kind)) + ", " + std::to_string(model.levels.size()) +
+    text += "\n" + names_text(model.names) + std::string(name(model.kind)) + ", " +
+            std::to_string(model.levels.size()) +
             (model.levels.size() == 1 ? " level" : " levels by factor " + std::to_string(model.factor)) +
             ", " + std::string(name(model.noise)) + " noise covariance" +
             (model.marginals.empty() ? "" : ", marginals of the picture") + "\n";

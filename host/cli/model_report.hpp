@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "btfield/models.hpp"
 #include "host/cli/report.hpp"
@@ -19,6 +20,8 @@ namespace btfield::cli {
 [[nodiscard]] Json certificate_json(const Certificate& certificate);
 
 /// Bytes of pixels to a byte of the file; NaN where nobody knows how large the picture was.
+/// "planes 400nm, 460nm, ..." as a line; nothing where planes have no names.
+[[nodiscard]] std::string names_text(const std::vector<std::string>& names);
 [[nodiscard]] double compression_ratio(const Provenance& provenance, std::uintmax_t bytes);
 
 /// The JSON object that docs/command-line.md promises for `fit` and `info`, without `seconds` and `reasons`.

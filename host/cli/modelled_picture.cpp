@@ -1,6 +1,5 @@
 #include "host/cli/modelled_picture.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <set>
 #include <string>
@@ -9,7 +8,6 @@
 #include "btfield/error.hpp"
 #include "btfield/model_file.hpp"
 #include "host/cli/output_names.hpp"
-#include "host/cli/report.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -45,13 +43,8 @@ Provenance provenance_of(const std::filesystem::path& path, const Picture& pictu
     result.picture_bytes = static_cast<std::uint64_t>(picture.image.values().size()) *
                            static_cast<std::uint64_t>(bytes_per_value(picture.type));
     result.software = "btfield " BTFIELD_VERSION;
+    result.chromaticities = picture.chromaticities;
     return result;
-}
-
-void warn_of_transparency(const std::filesystem::path& path, const Picture& picture) {
-    const bool opaque =
-        std::all_of(picture.alpha.begin(), picture.alpha.end(), [](float a) { return a == 1.0F; });
-    if (!opaque) warn("'" + path.string() + "' is partly transparent, and transparency is not modelled");
 }
 
 }  // namespace btfield::cli

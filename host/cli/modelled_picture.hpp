@@ -20,7 +20,4 @@ void check_model_output(const std::filesystem::path& output, const std::filesyst
 /// Of the picture as it was read.
 [[nodiscard]] Provenance provenance_of(const std::filesystem::path& path, const Picture& picture);
 
-/// Warns where a part of the picture is transparent, which no model keeps.
-void warn_of_transparency(const std::filesystem::path& path, const Picture& picture);
-
 }  // namespace btfield::cli

@@ -15,6 +15,7 @@
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
+#include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 
 namespace btfield::cli {
@@ -29,6 +30,8 @@ struct RollArguments {
     std::optional<int> tiles;
     bool tile = false, json = false;
     RollerOptions roller;
+    ReadOptions reading;
+    WritingArguments writing;
 };
 
 /// One of the registered pictures, and the names of what is made of it.
@@ -82,7 +85,7 @@ std::vector<RollJob> plan(const RollArguments& options) {
     std::vector<RollJob> jobs;
     std::set<fs::path> names;
     for (const fs::path& file : files) {
-        RollJob job{file, read_picture(file), {}};
+        RollJob job{file, read_told(file, options.reading), {}};
         const Size size = job.picture.image.size();
         if (!jobs.empty() && size != jobs.front().picture.image.size())
             throw InputError("roll '" + file.string() + "' with '" + jobs.front().file.string() + "'",
@@ -107,7 +110,7 @@ std::vector<RollJob> plan(const RollArguments& options) {
                 if (fs::equivalent(output, other.file, error))
                     throw InputError("write '" + output.string() + "'",
                                      "it is one of the pictures to be rolled", "name another output");
-            check_writable(output, job.picture.image.planes(), job.picture.type);
+            check_writable(output, job.picture.image.planes(), job.picture.type, options.writing.type);
         }
     return jobs;
 }
@@ -131,19 +134,20 @@ std::vector<Image> features(const RollArguments& options, const std::vector<Roll
     return result;
 }
 
-std::uintmax_t write(const std::vector<RollJob>& jobs, const std::vector<SourceMap>& maps) {
+std::uintmax_t write(const RollArguments& options, const std::vector<RollJob>& jobs,
+                     const std::vector<SourceMap>& maps) {
     std::uintmax_t clamped = 0;
+    WrittenRemarks remarks;
     for (const RollJob& job : jobs)
         for (std::size_t i = 0; i < maps.size(); ++i) {
             const fs::path& output = job.outputs[i];
-            const bool exr = lower_extension(output) == ".exr";
-            // A float EXR becomes one of halves unless its type is asked for.
-            const auto type = exr && job.picture.type == PixelType::float32
-                                  ? std::optional(PixelType::float32)
-                                  : std::nullopt;
-            clamped += write_picture(output, apply(maps[i], job.picture.image), job.picture.type, type)
-                           .clamped_pixels;
+            WriteOptions how = write_options(job.picture, options.writing);
+            how.keep_values = options.reading.keep_values;
+            const WriteReport report = write_picture(output, apply(maps[i], job.picture.image), how);
+            clamped += report.clamped_pixels;
+            remarks.add(output, report);
         }
+    remarks.tell();
     return clamped;
 }
 
@@ -220,12 +224,10 @@ void run(RollArguments options) {
     }
     seconds.roll = rolling.seconds();
     const Stopwatch writing;
-    const std::uintmax_t clamped = write(jobs, maps);
+    const std::uintmax_t clamped = write(options, jobs, maps);
     seconds.write = writing.seconds();
     seconds.total = total.seconds();
 
-    for (const RollJob& job : jobs)
-        if (!job.picture.alpha.empty()) warn("'" + job.file.string() + "': its alpha is left out");
     if (clamped > 0)
         warn(std::to_string(clamped) +
              " pixels had values that their format cannot hold and were clamped; EXR and "
@@ -276,6 +278,8 @@ void add_roll(CLI::App& app, Action& action) {
         ->delimiter(',')
         ->type_name("NAME")
         ->group(cuts);
+    add_reading(*command, options->reading);
+    add_writing(*command, options->writing, false);
     add_device(*command, options->device);
     add_json(*command, options->json);
     set_guide(

@@ -20,6 +20,7 @@
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
+#include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 #include "host/synthesis/synthesis_names.hpp"
 
@@ -35,6 +36,7 @@ struct SynthArguments {
     std::uint64_t seed = 0;
     std::optional<int> count;
     SynthesisOptions synthesis;
+    WritingArguments writing;
     bool profile = false, json = false;
 };
 
@@ -50,6 +52,7 @@ struct SynthJob {
     bool tileable = false;
     Size lattice;
     std::uintmax_t clamped_pixels = 0;
+    WrittenRemarks remarks;
     double setup = 0.0, synthesis = 0.0, write = 0.0, total = 0.0;
 };
 
@@ -130,7 +133,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             job.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
             if (!names.insert(job.outputs.back()).second)
                 throw UsageError("two models would have the texture '" + job.outputs.back().string() + "'");
-            check_writable(job.outputs.back(), planes_of(job), type_of(job));
+            check_writable(job.outputs.back(), planes_of(job), type_of(job), options.writing.type);
             std::error_code error;
             if (fs::equivalent(job.outputs.back(), options.control, error))
                 throw UsageError("--control: '" + options.control + "' would be written over");
@@ -146,9 +149,13 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
     return jobs;
 }
 
-void write_texture(SynthJob& job, std::size_t number, const Image& texture) {
+void write_texture(const SynthArguments& options, SynthJob& job, std::size_t number, const Image& texture) {
     const Stopwatch writing;
-    job.clamped_pixels += write_picture(job.outputs[number], texture, type_of(job)).clamped_pixels;
+    const WriteOptions how = std::visit(
+        [&](const auto& model) { return write_options(model.provenance, options.writing); }, job.model);
+    const WriteReport report = write_picture(job.outputs[number], texture, how);
+    job.clamped_pixels += report.clamped_pixels;
+    job.remarks.add(job.outputs[number], report);
     job.write += writing.seconds();
 }
 
@@ -190,7 +197,7 @@ void grow_compound(Device& device, const SynthArguments& options, SynthJob& job,
         const ControlField seen = on_lattice(field, job.size);
         const std::vector<double> own = shares(seen);
         for (std::size_t k = 0; k < own.size(); ++k) job.shares[k] += own[k];
-        write_texture(job, i, texture);
+        write_texture(options, job, i, texture);
         if (!job.labels_outputs.empty()) write_labels(job.labels_outputs[i], seen, palette(model));
     }
     job.total += total.seconds();
@@ -218,7 +225,7 @@ void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress
         const std::vector<Image> textures =
             synthesiser.synthesise(std::span<const std::uint64_t>(job.seeds).subspan(start, n));
         job.synthesis += synthesis.seconds();
-        for (std::size_t i = 0; i < n; ++i) write_texture(job, start + i, textures[i]);
+        for (std::size_t i = 0; i < n; ++i) write_texture(options, job, start + i, textures[i]);
     }
     job.total += total.seconds();
 }
@@ -329,6 +336,7 @@ void run(const SynthArguments& options) {
     for (const SynthJob& job : jobs) {
         if (!std::visit([](const auto& model) { return is_valid(model); }, job.model))
             warn("'" + job.file + "' is not certified; its textures may be far from the picture");
+        job.remarks.tell();
         objects.push_back(job_json(job, device));
         text += job_text(job, options.synthesis.method, device);
     }
@@ -384,6 +392,7 @@ void add_synth(CLI::App& app, Action& action) {
                      "write the control field too, a PNG with a palette; numbered as textures are")
         ->type_name("LABELS")
         ->group(compound);
+    add_writing(*command, options->writing, true);
     add_device(*command, options->device);
     add_json(*command, options->json);
     set_guide(
@@ -394,6 +403,7 @@ void add_synth(CLI::App& app, Action& action) {
                   {"btfield synth bark.btfm -o bark.png --save-labels labels.png"},
                   {"btfield synth bark.btfm -o painted.png --control labels.png"},
                   {"btfield synth cork.json -o raster.png --method raster"},
+                  {"btfield synth cork.json -o cork.exr --type float", "linear light, as EXR has it"},
                   {"btfield synth cork.json -o cork.exr --device gpu --profile"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }

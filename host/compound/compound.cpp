@@ -117,6 +117,9 @@ void check(const CompoundModel& model) {
         refuse_compound("its control field is " + text_of(model.control.size) +
                         ", and the roller needs 16 pixels");
     check_numbers(model.mean, static_cast<size_t>(model.planes), "its mean");
+    if (!model.names.empty() && model.names.size() != model.mean.size())
+        refuse_compound("it has " + std::to_string(model.names.size()) + " names for " +
+                        std::to_string(model.planes) + " planes");
     if (!std::isfinite(model.explained)) refuse_compound("its explained share is not finite");
     for (size_t k = 0; k < model.regions.size(); ++k)
         check_region(model, model.regions[k], "region " + std::to_string(k) + ": ");

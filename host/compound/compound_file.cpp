@@ -78,10 +78,11 @@ ordered_json region_value(const CompoundRegion& region) {
 ordered_json compound_value(const CompoundModel& model, bool binary) {
     ordered_json value;
     value["format"] = compound_format;
-    value["version"] = ordered_json::array({model_format_version, 0});
+    value["version"] = version_value(model.names, model.provenance);
     value["size"] = size_value(model.size);
     value["planes"] = model.planes;
     value["colour_space"] = name(model.space);
+    if (!model.names.empty()) value["names"] = names_value(model.names);
     value["borders"] = name(model.borders);
     value["mean"] = model.mean;
     value["explained"] = model.explained;
@@ -138,6 +139,7 @@ CompoundModel compound_from(const json& value, Context context) {
     model.size = object.get("size", size);
     model.planes = object.get("planes", integer);
     model.space = object.get_name<ColourSpace>("colour_space");
+    model.names = read_names(object, model.planes, context);
     model.borders = object.get_name<Borders>("borders");
     model.mean = object.get_list("mean", real);
     model.explained = object.get("explained", real);

@@ -145,6 +145,7 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
     model.size = image.size();
     model.planes = image.planes();
     model.space = image.space();
+    model.names = image.names();
     model.borders = options.borders;
     model.mean = weights.mean;
     model.control = field;

@@ -53,6 +53,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
           planes_(model.planes),
           regions_(static_cast<int>(model.regions.size())),
           space_(model.space),
+          names_(model.names),
           size_(checked(model, size, allow_invalid)),
           fields_(*device_, residuals_of(model), size),
           mean_(*device_, mean_weights(model)),
@@ -136,9 +137,11 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
 
     [[nodiscard]] Image download(const DevicePlanes& planes) const {
         Image lattice_image(planes.size, planes_, space_);
+        lattice_image.set_names(names_);
         device_->read(planes.values, lattice_image.values().data(), lattice_image.values().size_bytes());
         if (planes.size == size_) return lattice_image;
         Image image(size_, planes_, space_);
+        image.set_names(names_);
         const auto width = static_cast<size_t>(size_.width), pitch = static_cast<size_t>(planes.size.width);
         for (int p = 0; p < planes_; ++p)
             for (size_t r = 0; r < static_cast<size_t>(size_.height); ++r)
@@ -150,6 +153,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
     DeviceImpl* device_;
     int planes_, regions_;
     ColourSpace space_;
+    std::vector<std::string> names_;
     Size size_;
     RegionalFields fields_;
     ConditionalMean mean_;

@@ -301,6 +301,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         model.size = image_.size();
         model.planes = image_.planes();
         model.space = image_.space();
+        model.names = image_.names();
         model.factor = options.factor;
         model.noise = options.noise;
         model.provenance.software = "btfield " BTFIELD_VERSION;

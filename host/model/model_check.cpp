@@ -300,6 +300,8 @@ void check(const TextureModel& model) {
     for (const double value : model.mean) {
         if (!std::isfinite(value)) refuse("a mean is not finite");
     }
+    if (!model.names.empty() && model.names.size() != model.mean.size())
+        refuse(std::to_string(model.names.size()) + " names for " + std::to_string(model.planes) + " planes");
     check_basis(model);
     if (model.levels.empty()) refuse("it has no level");
     Size size = model.size;

@@ -15,6 +15,7 @@
 #include "btfield/model_file.hpp"
 #include "host/analysis/neighbourhood_names.hpp"
 #include "host/base/file_output.hpp"
+#include "host/base/text.hpp"
 #include "host/model/model_names.hpp"
 #include "host/pictures/picture_names.hpp"
 
@@ -25,7 +26,8 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr int minor_version = 0;
+/// What names and chromaticities came with; files without them say 0.
+constexpr int minor_version = 1;
 /// A parsed file takes some ten times its size in memory; no model comes near.
 constexpr std::size_t largest_file = std::size_t{256} << 20;
 const char* const other_remedy = "give a model of the other kind: btfield info tells which it is";
@@ -217,22 +219,37 @@ ordered_json size_value(Size size) {
 
 ordered_json provenance_value(const Provenance& provenance) {
     ordered_json value;
-    value["source"] = provenance.source;
+    value["source"] = valid_utf8(provenance.source);
     value["type"] = name(provenance.type);
     value["picture_bytes"] = provenance.picture_bytes;
     value["software"] = provenance.software;
-    value["reasons"] = provenance.reasons;
+    ordered_json reasons = ordered_json::array();
+    for (const std::string& reason : provenance.reasons) reasons.push_back(valid_utf8(reason));
+    value["reasons"] = std::move(reasons);
+    if (provenance.chromaticities) value["chromaticities"] = *provenance.chromaticities;
+    return value;
+}
+
+ordered_json version_value(const std::vector<std::string>& names, const Provenance& provenance) {
+    const bool newer = !names.empty() || provenance.chromaticities;
+    return ordered_json::array({model_format_version, newer ? minor_version : 0});
+}
+
+ordered_json names_value(const std::vector<std::string>& names) {
+    ordered_json value = ordered_json::array();
+    for (const std::string& name : names) value.push_back(valid_utf8(name));
     return value;
 }
 
 ordered_json model_value(const TextureModel& model) {
     ordered_json value;
     value["format"] = texture_format;
-    value["version"] = ordered_json::array({model_format_version, minor_version});
+    value["version"] = version_value(model.names, model.provenance);
     value["model"] = name(model.kind);
     value["size"] = size_value(model.size);
     value["planes"] = model.planes;
     value["colour_space"] = name(model.space);
+    if (!model.names.empty()) value["names"] = names_value(model.names);
     value["factor"] = model.factor;
     value["noise"] = name(model.noise);
     value["mean"] = model.mean;
@@ -278,8 +295,22 @@ Provenance read_provenance(const json& value, const std::string& where, const Co
     provenance.picture_bytes = object.get("picture_bytes", natural);
     provenance.software = object.get("software", text);
     provenance.reasons = object.get_list("reasons", text);
+    if (object.has("chromaticities")) {
+        const std::vector<double> given = object.get_list("chromaticities", real);
+        Chromaticities& kept = provenance.chromaticities.emplace();
+        if (given.size() != kept.size()) fail(context, object.path("chromaticities") + " has not 8 numbers");
+        std::copy(given.begin(), given.end(), kept.begin());
+    }
     object.finish();
     return provenance;
+}
+
+std::vector<std::string> read_names(Object& object, int planes, const Context& context) {
+    if (!object.has("names")) return {};
+    std::vector<std::string> names = object.get_list("names", text);
+    if (names.size() != static_cast<std::size_t>(std::max(planes, 0)))
+        fail(context, object.path("names") + " has another length than 'planes'");
+    return names;
 }
 
 TextureModel model_from(const json& value, const std::string& place, Context context) {
@@ -290,6 +321,7 @@ TextureModel model_from(const json& value, const std::string& place, Context con
     model.size = object.get("size", size);
     model.planes = object.get("planes", integer);
     model.space = object.get_name<ColourSpace>("colour_space");
+    model.names = read_names(object, model.planes, context);
     model.factor = object.get("factor", integer);
     model.noise = object.get_name<NoiseForm>("noise");
     model.mean = object.get_list("mean", real);

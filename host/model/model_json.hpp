@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "btfield/models.hpp"
 #include "host/model/json_reading.hpp"
@@ -16,6 +17,10 @@ inline constexpr const char* compound_format = "btfield-compound";
 
 [[nodiscard]] nlohmann::ordered_json size_value(Size size);
 [[nodiscard]] nlohmann::ordered_json provenance_value(const Provenance& provenance);
+/// 1.1 where the file has keys that 1.0 did not have.
+[[nodiscard]] nlohmann::ordered_json version_value(const std::vector<std::string>& names,
+                                                   const Provenance& provenance);
+[[nodiscard]] nlohmann::ordered_json names_value(const std::vector<std::string>& names);
 [[nodiscard]] nlohmann::ordered_json model_value(const TextureModel& model);
 /// JSON text for people: objects indented, arrays of numbers on one line.
 [[nodiscard]] std::string printed(const nlohmann::ordered_json& value);
@@ -25,6 +30,9 @@ inline constexpr const char* compound_format = "btfield-compound";
 void read_version(json_reading::Object& object, const std::string& expected, json_reading::Context& context);
 [[nodiscard]] Provenance read_provenance(const nlohmann::json& value, const std::string& where,
                                          const json_reading::Context& context);
+/// Of the optional key `names`.
+[[nodiscard]] std::vector<std::string> read_names(json_reading::Object& object, int planes,
+                                                  const json_reading::Context& context);
 /// \param place of the model in its file, for messages
 /// \throws InputError
 [[nodiscard]] TextureModel model_from(const nlohmann::json& value, const std::string& place,

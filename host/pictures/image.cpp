@@ -6,6 +6,7 @@
 #include <limits>
 #include <new>
 #include <string>
+#include <utility>
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
@@ -69,6 +70,15 @@ ColourSpace colour_space(std::string_view name) {
 Image::Image(Size size, int planes, ColourSpace space)
     : size_(size), planes_(planes), space_(space), values_(checked_values(size, planes)) {}
 
+void Image::set_names(std::vector<std::string> names) {
+    if (!names.empty() && names.size() != static_cast<std::size_t>(planes_)) {
+        throw InputError("name the planes of a picture",
+                         std::to_string(names.size()) + " names for " + std::to_string(planes_) + " planes",
+                         "give one name to each plane, or none");
+    }
+    names_ = std::move(names);
+}
+
 Image Image::crop(int row, int column, Size size) const {
     // Differences of non-negative ints: nothing here can overflow.
     const bool inside = row >= 0 && column >= 0 && size.height > 0 && size.width > 0 && row < size_.height &&
@@ -81,6 +91,7 @@ Image Image::crop(int row, int column, Size size) const {
                          "give a rectangle of at least one pixel inside the picture");
     }
     Image part(size, planes_, space_);
+    part.names_ = names_;
     const auto width = static_cast<std::size_t>(size.width);
     for (int p = 0; p < planes_; ++p) {
         for (int r = 0; r < size.height; ++r) {

@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
+#include "host/pictures/colour.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pnm.hpp"
+#include "host/pictures/radiance.hpp"
 
 namespace btfield {
 
@@ -77,17 +80,112 @@ std::uintmax_t count_clamped(const Image& image, const Storage& storage) {
     return count;
 }
 
+bool is_integer(PixelType type) {
+    return type == PixelType::uint8 || type == PixelType::uint16;
+}
+
+/// The value as a file of halves keeps it; it must be in range.
+float half_rounded(float value) {
+    const int exponent = value == 0.0F ? -14 : std::max(std::ilogb(value), -14);
+    const double step = std::ldexp(1.0, exponent - 10);
+    return static_cast<float>(std::nearbyint(static_cast<double>(value) / step) * step);
+}
+
+/// Bits that tell values apart, as far as types can be compared.
+int precision(PixelType type) {
+    switch (type) {
+        case PixelType::uint8:
+            return 8;
+        case PixelType::half:
+            return 11;
+        case PixelType::uint16:
+            return 16;
+        case PixelType::float32:
+            break;
+    }
+    return 24;
+}
+
+/// What one row of a plane is off by in the file, clamped values aside.
+double squared_error(const Image& image, int p, const Storage& storage) {
+    double sum = 0.0;
+    const auto plane = image.plane(p);
+    for (std::size_t i = 0; i < plane.size(); ++i) {
+        const float value = plane[i];
+        float kept = value;
+        if (storage.format == PictureFormat::hdr) {
+            float largest = 1e-32F;
+            for (int q = 0; q < image.planes(); ++q) largest = std::max(largest, image.plane(q)[i]);
+            const double step = std::ldexp(1.0, std::ilogb(largest) - 7);
+            kept = value < 0.0F ? value : static_cast<float>(std::nearbyint(value / step) * step);
+        } else if (storage.type == PixelType::half) {
+            kept = half_rounded(value);
+        } else if (is_integer(storage.type) && value >= 0.0F && value <= 1.0F) {
+            const float top = storage.type == PixelType::uint8 ? 255.0F : 65535.0F;
+            kept = std::nearbyint(value * top) / top;
+        }
+        const double off = static_cast<double>(kept) - static_cast<double>(value);
+        sum += off * off;
+    }
+    return sum;
+}
+
+/// Tells where rounding to the file's type takes more of a plane than 5 % of its deviation.
+void tell_loss(const Image& image, PixelType source, const Storage& storage,
+               std::vector<std::string>& remarks) {
+    const bool hdr = storage.format == PictureFormat::hdr;
+    if (!hdr && precision(storage.type) >= precision(source)) return;
+    for (int p = 0; p < image.planes(); ++p) {
+        const auto plane = image.plane(p);
+        const auto count = static_cast<double>(plane.size());
+        double mean = 0.0, variance = 0.0;
+        for (const float value : plane) mean += static_cast<double>(value) / count;
+        for (const float value : plane) {
+            const double off = static_cast<double>(value) - mean;
+            variance += off * off / count;
+        }
+        const double error = squared_error(image, p, storage) / count;
+        if (!(error > 0.05 * 0.05 * variance) || variance == 0.0) continue;
+        remarks.push_back(
+            "plane " + std::to_string(p) + " loses detail: " +
+            (hdr ? "the format's shared exponent" : "type " + std::string(name(storage.type))) +
+            " rounds it by more than 5 % of its deviation, and type float in EXR or TIFF keeps it");
+        return;
+    }
+}
+
+/// Values as the format's readers take them.
+void make_readable(Image& image, const Storage& storage, const WriteOptions& options, WriteReport& report) {
+    const ColourSpace from = image.space();
+    if (from == ColourSpace::xyz && image.planes() != 3) return;
+    ColourSpace to = is_integer(storage.type) ? ColourSpace::srgb : ColourSpace::linear;
+    if (from == ColourSpace::xyz && storage.format == PictureFormat::exr) to = ColourSpace::xyz;
+    if (from == ColourSpace::xyz && to != from) {
+        report.remarks.push_back(std::string("XYZ is written as ") +
+                                 (to == ColourSpace::srgb ? "sRGB" : "linear Rec. 709") + "; EXR keeps XYZ");
+    }
+    convert(image, to);
+    const bool own = to == ColourSpace::linear && image.planes() == 3 && options.chromaticities &&
+                     (storage.format == PictureFormat::exr || storage.format == PictureFormat::hdr);
+    if (own) {
+        const std::optional<Matrix3> matrix = rec709_from(*options.chromaticities);
+        if (matrix) transform(image, inverse(*matrix).value());
+    }
+}
+
 }  // namespace
 
-Picture read_picture(const fs::path& path, std::optional<Crop> crop) {
+Picture read_picture(const fs::path& path, const ReadOptions& options) {
     const std::string asked = "read '" + path.string() + "'";
     std::uintmax_t bytes = 0;
     const PictureFormat format = checked_format(path, asked, bytes);
-    Picture picture = format == PictureFormat::pnm
-                          ? read_pnm(path, crop, asked)
-                          : picture_codec(asked).decode(path, format, crop, bytes, asked);
+    Picture picture = format == PictureFormat::pnm ? read_pnm(path, options, asked)
+                      : format == PictureFormat::hdr
+                          ? read_radiance(path, options, bytes, asked)
+                          : picture_codec(asked).decode(path, format, options, bytes, asked);
     picture.file_bytes = bytes;
-    const Crop place{crop ? crop->x : 0, crop ? crop->y : 0, picture.image.width(), picture.image.height()};
+    const Crop place{options.crop ? options.crop->x : 0, options.crop ? options.crop->y : 0,
+                     picture.image.width(), picture.image.height()};
     for (int p = 0; p < picture.image.planes(); ++p) {
         check_finite(picture.image.plane(p), place, "plane " + std::to_string(p), asked);
     }
@@ -95,19 +193,42 @@ Picture read_picture(const fs::path& path, std::optional<Crop> crop) {
     return picture;
 }
 
-WriteReport write_picture(const fs::path& path, const Image& image, PixelType source,
-                          std::optional<PixelType> type) {
+Picture read_picture(const fs::path& path, std::optional<Crop> crop) {
+    return read_picture(path, ReadOptions{crop, {}, {}, false});
+}
+
+WriteReport write_picture(const fs::path& path, const Image& image, const WriteOptions& options) {
     const std::string asked = "write '" + path.string() + "'";
-    const Storage storage = storage_for(path, image.planes(), source, type, asked);
-    check_values(image, storage, asked);
+    Storage storage = storage_for(path, image.planes(), options.source, options.type, asked);
+    WriteReport report;
+    std::optional<Image> readable;
+    const bool right = image.space() == ColourSpace::unspecified ||
+                       (image.space() == ColourSpace::srgb && is_integer(storage.type));
+    if (!options.keep_values && !right) {
+        check_values(image, {PictureFormat::tiff, PixelType::float32}, asked);
+        make_readable(readable.emplace(image), storage, options, report);
+    }
+    const Image& stored = readable ? *readable : image;
+    const bool own = stored.space() == ColourSpace::linear || stored.space() == ColourSpace::unspecified;
+    if (stored.planes() == 3 && own) storage.chromaticities = options.chromaticities;
+    check_values(stored, storage, asked);
     FileOutput file(path, asked);
     if (storage.format == PictureFormat::pnm) {
-        write_pnm(file.temporary(), image, storage.type, asked);
+        write_pnm(file.temporary(), stored, storage.type, asked);
+    } else if (storage.format == PictureFormat::hdr) {
+        write_radiance(file.temporary(), stored, storage, asked);
     } else {
-        picture_codec(asked).encode(file.temporary(), image, storage, asked);
+        picture_codec(asked).encode(file.temporary(), stored, storage, asked);
     }
     file.commit();
-    return {count_clamped(image, storage)};
+    report.clamped_pixels = count_clamped(stored, storage);
+    tell_loss(stored, options.source, storage, report.remarks);
+    return report;
+}
+
+WriteReport write_picture(const fs::path& path, const Image& image, PixelType source,
+                          std::optional<PixelType> type) {
+    return write_picture(path, image, WriteOptions{source, type, false, {}});
 }
 
 void check_writable(const fs::path& path, int planes, PixelType source, std::optional<PixelType> type) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -10,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -24,13 +26,15 @@ struct Traits {
 
 // Alpha is not written, so formats whose second or fourth channel is alpha hold one or three planes. TIFF
 // counts samples in 16 bits; the limit for EXR only keeps channel names short.
-constexpr std::array<Traits, 6> all_traits{{
+constexpr std::array<Traits, 8> all_traits{{
     {PictureFormat::png, "png", "PNG", 3, {true, true, false, false}},
     {PictureFormat::jpeg, "jpeg", "JPEG", 3, {true, false, false, false}},
     {PictureFormat::tiff, "tiff", "TIFF", 65535, {true, true, true, true}},
     {PictureFormat::exr, "openexr", "EXR", 65535, {false, false, true, true}},
     {PictureFormat::hdr, "hdr", "HDR", 3, {false, false, false, true}},
     {PictureFormat::pnm, "pnm", "PNM", 3, {true, true, false, false}},
+    {PictureFormat::webp, "webp", "WebP", 0, {}},
+    {PictureFormat::heif, "heif", "HEIF", 0, {}},
 }};
 
 struct Extension {
@@ -59,16 +63,38 @@ const Traits& traits(PictureFormat format) {
     return all_traits.at(static_cast<std::size_t>(format));
 }
 
-std::uint32_t big_endian(const char* bytes, int count) {
-    std::uint32_t value = 0;
-    for (int i = 0; i < count; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
-    return value;
-}
-
 }  // namespace
 
 std::string_view codec_name(PictureFormat format) {
     return traits(format).codec;
+}
+
+std::optional<ColourSpace> said_space(std::string_view description) {
+    const std::size_t at = description.find(space_mark);
+    if (at == std::string_view::npos) return std::nullopt;
+    const std::string_view said = description.substr(at + space_mark.size());
+    for (const auto& [space, word] : names_of<ColourSpace>())
+        if (said.starts_with(word)) return space;
+    return std::nullopt;
+}
+
+std::vector<std::string> said_names(std::string_view description) {
+    const std::size_t at = description.find(names_mark);
+    if (at == std::string_view::npos) return {};
+    std::string_view rest = description.substr(at + names_mark.size());
+    std::size_t count = 0;
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), count);
+    if (error != std::errc()) return {};
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    std::vector<std::string> names;
+    while (names.size() < count && rest.starts_with('\n')) {
+        rest.remove_prefix(1);
+        const std::size_t line = std::min(rest.find('\n'), rest.size());
+        names.push_back(valid_utf8(rest.substr(0, line)));
+        rest.remove_prefix(line);
+    }
+    if (names.size() != count) names.clear();
+    return names;
 }
 
 std::optional<PictureFormat> format_of_bytes(std::string_view head) {
@@ -80,6 +106,12 @@ std::optional<PictureFormat> format_of_bytes(std::string_view head) {
     }
     if (head.starts_with("\x76\x2f\x31\x01"sv)) return PictureFormat::exr;
     if (head.starts_with("#?RADIANCE"sv) || head.starts_with("#?RGBE"sv)) return PictureFormat::hdr;
+    if (head.size() >= 12 && head.starts_with("RIFF") && head.substr(8, 4) == "WEBP")
+        return PictureFormat::webp;
+    if (head.size() >= 12 && head.substr(4, 4) == "ftyp") {
+        for (const auto brand : {"heic"sv, "heix"sv, "heim"sv, "heis"sv, "mif1"sv, "msf1"sv, "avif"sv})
+            if (head.substr(8, 4) == brand) return PictureFormat::heif;
+    }
     // P1 to P6, then white space or a comment: "P5" alone begins many a text.
     if (head.size() > 2 && head[0] == 'P' && head[1] >= '1' && head[1] <= '6' &&
         (std::isspace(static_cast<unsigned char>(head[2])) != 0 || head[2] == '#')) {
@@ -91,7 +123,7 @@ std::optional<PictureFormat> format_of_bytes(std::string_view head) {
 PictureFormat checked_format(const std::filesystem::path& path, const std::string& asked,
                              std::uintmax_t& bytes) {
     namespace fs = std::filesystem;
-    constexpr const char* use_a_picture = "give a PNG, JPEG, TIFF, EXR, HDR or PNM picture";
+    constexpr const char* use_a_picture = "give a PNG, JPEG, TIFF, EXR, HDR, PNM, WebP or HEIC picture";
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     if (status.type() == fs::file_type::not_found) {
@@ -127,31 +159,6 @@ void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const
     }
 }
 
-std::string jpeg_missing_end(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::vector<char> data{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(data[i]); };
-    constexpr int end_of_image = 0xD9;
-    constexpr int start_of_scan = 0xDA;
-    std::size_t at = 2;
-    bool in_scan = false;
-    while (at + 1 < data.size()) {
-        if (byte(at) != 0xFF || byte(at + 1) == 0xFF) {  // entropy-coded data, or fill before a marker
-            ++at;
-            continue;
-        }
-        const int marker = byte(at + 1);
-        at += 2;
-        if (marker == end_of_image) return {};
-        // 0x00 escapes a data byte of 0xFF; restart marks (and 0x01) stand alone.
-        if (marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD7)) continue;
-        if (at + 1 >= data.size()) break;
-        in_scan = in_scan || marker == start_of_scan;
-        at += big_endian(data.data() + at, 2);
-    }
-    return in_scan ? "it ends inside its pixel data" : "it ends inside its header";
-}
-
 Crop checked_crop(const std::optional<Crop>& crop, Size size, const std::string& asked) {
     if (!crop) return {0, 0, size.width, size.height};
     const bool inside = crop->x >= 0 && crop->y >= 0 && crop->width > 0 && crop->height > 0 &&
@@ -165,6 +172,33 @@ Crop checked_crop(const std::optional<Crop>& crop, Size size, const std::string&
                          "give X,Y,W,H inside the picture");
     }
     return *crop;
+}
+
+int chosen_part(const std::vector<Part>& parts, const std::string& wanted, const std::string& asked) {
+    std::string list;
+    constexpr std::size_t most = 20;
+    for (std::size_t i = 0; i < parts.size() && i < most; ++i) {
+        list += (i > 0 ? ", " : "") + std::to_string(i);
+        if (!parts[i].name.empty()) list += " '" + valid_utf8(parts[i].name) + "'";
+        list += " (" + parts[i].what + (parts[i].reduced ? ", a reduced copy or mask)" : ")");
+    }
+    if (parts.size() > most) list += ", ...";
+    if (!wanted.empty()) {
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            if (parts[i].name == wanted) return static_cast<int>(i);
+        int number = 0;
+        const char* const last = wanted.data() + wanted.size();
+        const auto [end, error] = std::from_chars(wanted.data(), last, number);
+        if (error == std::errc() && end == last && number >= 0 && number < static_cast<int>(parts.size()))
+            return number;
+        throw InputError(asked, "it has no part '" + wanted + "'", "choose from " + list);
+    }
+    std::vector<int> full;
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        if (!parts[i].reduced) full.push_back(static_cast<int>(i));
+    if (full.size() == 1) return full.front();
+    if (parts.size() == 1) return 0;
+    throw InputError(asked, "it holds several pictures: " + list, "choose one by number or name with --part");
 }
 
 Storage storage_for(const std::filesystem::path& path, int planes, PixelType source,
@@ -196,8 +230,9 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
 
     if (!type) {
         switch (entry->format) {
-            case PictureFormat::exr:
-                type = PixelType::half;
+            case PictureFormat::exr:  // half keeps 8 bits in linear light, not 16
+                type = source == PixelType::uint8 || source == PixelType::half ? PixelType::half
+                                                                               : PixelType::float32;
                 break;
             case PictureFormat::hdr:
                 type = PixelType::float32;
@@ -206,6 +241,8 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
                 type = source;
                 break;
             case PictureFormat::jpeg:
+            case PictureFormat::webp:  // read only: no extension leads here
+            case PictureFormat::heif:
                 type = PixelType::uint8;
                 break;
             case PictureFormat::png:
@@ -224,7 +261,7 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
             asked, std::string(format.title) + " cannot hold " + std::string(name(*type)) + ", only " + holds,
             "choose another type or extension");
     }
-    return {entry->format, *type};
+    return {entry->format, *type, {}};
 }
 
 }  // namespace btfield::detail

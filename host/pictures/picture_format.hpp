@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "btfield/image_io.hpp"
 
@@ -16,10 +17,25 @@ namespace btfield::detail {
 
 constexpr const char* use_a_complete_file = "give a complete and undamaged file";
 
-enum class PictureFormat { png, jpeg, tiff, exr, hdr, pnm };
+constexpr const char* convert_it = "convert it with another program first";
+
+/// Of Picture::remarks.
+constexpr const char* wide_integers_remark =
+    "its 32-bit integers are beyond 16777216, from where on float32 drops their last digits";
+
+/// The last two are read, not written.
+enum class PictureFormat { png, jpeg, tiff, exr, hdr, pnm, webp, heif };
 
 /// Stands in the description of a file whose format would suggest another colour space to the reader.
 inline constexpr std::string_view space_mark = "btfield colour space: ";
+
+/// The colour space that a description gives; nothing when it gives none.
+[[nodiscard]] std::optional<ColourSpace> said_space(std::string_view description);
+
+/// Stands before the names of planes in the description of a TIFF: their number, and one on each line.
+inline constexpr std::string_view names_mark = "btfield planes: ";
+/// The names as a description gives them; empty when it gives none.
+[[nodiscard]] std::vector<std::string> said_names(std::string_view description);
 
 /// OpenEXR's convention for CIE XYZ: the primaries are the axes, white is the equal-energy point.
 inline constexpr std::array<float, 8> xyz_chromaticities{1, 0, 0, 1, 0, 0, 1.0F / 3.0F, 1.0F / 3.0F};
@@ -40,18 +56,28 @@ inline constexpr std::array<float, 8> xyz_chromaticities{1, 0, 0, 1, 0, 0, 1.0F 
 /// \throws InputError when no codec could have packed so many pixels into the file.
 void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked);
 
-/// Where a JPEG breaks off before its end mark; empty when it is complete. Its decoder pads with grey
-/// instead.
-[[nodiscard]] std::string jpeg_missing_end(const std::filesystem::path& path);
-
 /// The whole picture when there is no crop.
 /// \throws InputError when the crop is empty or leaves the picture.
 [[nodiscard]] Crop checked_crop(const std::optional<Crop>& crop, Size size, const std::string& asked);
+
+/// One of several pictures in a file.
+struct Part {
+    std::string name;      ///< empty: it has none
+    std::string what;      ///< its size and kind, for messages
+    bool reduced = false;  ///< a smaller copy, or a mask, of another
+};
+
+/// Number of the part that is wanted: by number or name, or the only one that is not reduced.
+/// \throws InputError listing them when there are several and none is chosen, or there is none such
+[[nodiscard]] int chosen_part(const std::vector<Part>& parts, const std::string& wanted,
+                              const std::string& asked);
 
 /// How a picture is going to be stored.
 struct Storage {
     PictureFormat format = PictureFormat::png;
     PixelType type = PixelType::uint8;
+    /// Primaries that the file is to name; of EXR and HDR.
+    std::optional<Chromaticities> chromaticities = {};
 };
 
 /// Format by the extension (any case), type by the rule of write_picture().

@@ -10,6 +10,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/channels.hpp"
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pixel_values.hpp"
 
@@ -178,11 +179,11 @@ int pnm_maximum(const std::filesystem::path& path, const std::string& asked) {
     return decode_header(scanner, Kind(bytes[1]), asked).maximum;
 }
 
-Picture read_pnm(const std::filesystem::path& path, const std::optional<Crop>& crop,
-                 const std::string& asked) {
+Picture read_pnm(const std::filesystem::path& path, const ReadOptions& options, const std::string& asked) {
     const std::string bytes = bytes_of(path);
     Crop part;
-    const Samples samples = decode(bytes, crop, part, asked);
+    const Samples samples = decode(bytes, options.crop, part, asked);
+    static_cast<void>(chosen_part({{{}, compact_text_of(samples.size), false}}, options.part, asked));
 
     Picture picture;
     picture.type = samples.maximum > 255 ? PixelType::uint16 : PixelType::uint8;
@@ -196,6 +197,7 @@ Picture read_pnm(const std::filesystem::path& path, const std::optional<Crop>& c
                 static_cast<float>(samples.values[i * planes + p]) / static_cast<float>(samples.maximum);
         }
     }
+    keep_planes(picture, plan_channels(channel_names(samples.planes), options.planes, -1, asked));
     return picture;
 }
 

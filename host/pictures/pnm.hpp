@@ -5,7 +5,6 @@
 /// low, so these simple formats are read and written here.
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "btfield/image_io.hpp"
@@ -14,7 +13,7 @@ namespace btfield::detail {
 
 /// P1 to P6, any maximum up to 65535. Leaves `file_bytes` alone.
 /// \throws InputError as read_picture().
-[[nodiscard]] Picture read_pnm(const std::filesystem::path& path, const std::optional<Crop>& crop,
+[[nodiscard]] Picture read_pnm(const std::filesystem::path& path, const ReadOptions& options,
                                const std::string& asked);
 
 /// The value that read_pnm() reads as 1.

@@ -42,6 +42,7 @@ Image apply(const SourceMap& map, const Image& picture) {
                          "the sample that was cut is " + text_of(map.sample) + " pixels",
                          "give a picture that lies on the sample pixel by pixel");
     Image result(map.size, picture.planes(), picture.space());
+    result.set_names(picture.names());
     for (int p = 0; p < picture.planes(); ++p) {
         const std::span<const float> from = picture.plane(p);
         const std::span<float> to = result.plane(p);

@@ -109,6 +109,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
           planes_(model.planes),
           modelled_(modelled_planes(model)),
           space_(model.space),
+          names_(model.names),
           layout_(checked(model, size, options)),
           stages_(*device_, model.factor) {
         if (layout_.routes.front() == LevelRoute::recursion) add_recursions(model);
@@ -134,7 +135,8 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         in_batches(seeds, [&](std::span<const std::uint64_t> some, std::size_t first) {
             const DevicePlanes planes = grow(some);
             // While the device works: touching memory for the first time takes as long as a kernel.
-            for (std::size_t i = 0; i < some.size(); ++i) images.emplace_back(layout_.size, planes_, space_);
+            for (std::size_t i = 0; i < some.size(); ++i)
+                images.emplace_back(layout_.size, planes_, space_).set_names(names_);
             for (std::size_t i = 0; i < some.size(); ++i) download(planes, i, images[first + i]);
             if (progress) progress(static_cast<double>(images.size()) / static_cast<double>(seeds.size()));
         });
@@ -348,6 +350,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     int planes_;    ///< of the picture
     int modelled_;  ///< of the levels
     ColourSpace space_;
+    std::vector<std::string> names_;
     SynthesisLayout layout_;
     PyramidStages stages_;
     int batch_ = 1;

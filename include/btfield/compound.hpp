@@ -62,6 +62,7 @@ struct CompoundModel {
     Size size;  ///< of the analysed picture
     int planes = 0;
     ColourSpace space = ColourSpace::unspecified;
+    std::vector<std::string> names;  ///< of the planes, as the picture has them: empty, or one for each
     Borders borders = Borders::conditional;
     /// What the roller grows control fields of. Its regions are those of `regions`.
     ControlField control;

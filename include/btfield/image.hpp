@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -29,7 +30,7 @@ enum class ColourSpace {
     unspecified,  ///< grey, spectral bands, heights: no colour meaning known
     srgb,         ///< sRGB-encoded, as 8-bit and 16-bit pictures are unless they say otherwise
     linear,       ///< linear light, Rec. 709 primaries, as HDR pictures are unless they say otherwise
-    xyz,          ///< CIE XYZ
+    xyz,          ///< CIE XYZ of a picture whose white is that of Rec. 709
 };
 
 /// "unspecified", "srgb", "linear", "xyz".
@@ -64,6 +65,10 @@ class BTFIELD_API Image {
     [[nodiscard]] int planes() const { return planes_; }
     [[nodiscard]] ColourSpace space() const { return space_; }
     void set_space(ColourSpace space) { space_ = space; }
+    /// What the file calls its planes ("550nm", "diffuse.R"): empty, or one text per plane.
+    [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+    /// \throws InputError when there are names, but not one for each plane
+    void set_names(std::vector<std::string> names);
 
     [[nodiscard]] std::span<float> plane(int p) {
         return {values_.data() + static_cast<std::size_t>(p) * area(size_), area(size_)};
@@ -77,7 +82,7 @@ class BTFIELD_API Image {
     [[nodiscard]] std::span<float> values() { return values_; }
     [[nodiscard]] std::span<const float> values() const { return values_; }
 
-    /// Copy of the rectangle; it does not wrap.
+    /// Copy of the rectangle, with names and space; it does not wrap.
     /// \throws InputError when it is empty or leaves the picture
     [[nodiscard]] Image crop(int row, int column, Size size) const;
 
@@ -91,6 +96,7 @@ class BTFIELD_API Image {
     Size size_;
     int planes_ = 0;
     ColourSpace space_ = ColourSpace::unspecified;
+    std::vector<std::string> names_;
     std::vector<float, PictureAllocator<float>> values_;
 };
 

@@ -1,11 +1,15 @@
 #pragma once
 
 /// \file
-/// Reading and writing pictures (PNG, JPEG, TIFF, EXR, Radiance HDR, PNM) of any number of planes.
+/// Reading and writing pictures (PNG, JPEG, TIFF, EXR, Radiance HDR, PNM) of any number of planes, and
+/// reading WebP and HEIC.
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "btfield/api.hpp"
@@ -29,32 +33,81 @@ struct Crop {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
+/// CIE x, y of red, green, blue and white, as OpenEXR orders them.
+using Chromaticities = std::array<double, 8>;
+
 /// A picture with what its file said about it.
 struct Picture {
-    Image image;               ///< colour or data planes only, in file order
-    std::vector<float> alpha;  ///< H × W, empty when the file has none; separated, never modelled
+    Image image;               ///< colour or data planes only
+    std::vector<float> alpha;  ///< H × W, empty when the file has none; separated, never modelled. Of several
+                               ///< layers' the least
     PixelType type = PixelType::uint8;
     std::uintmax_t file_bytes = 0;
+    /// Primaries of a file whose colours were converted to Rec. 709, or, with keep_values, those that its
+    /// values have.
+    std::optional<Chromaticities> chromaticities;
+    /// What the values are not as the file has them, and what of it was left out: one sentence each, without
+    /// capital and full stop. Empty for most pictures.
+    std::vector<std::string> remarks;
 };
 
-/// Reads a picture. 8-bit and 16-bit values become [0, 1], others stay. EXR whose chromaticities are those of
-/// XYZ (or that says so) is ColourSpace::xyz; one or two planes, or more than three, are unspecified.
-/// \throws InputError when the file is missing, empty, truncated, of no known format, holds NaN or infinite
-///     values inside the crop, or the crop leaves the picture
+/// What to read of a file, and how.
+struct ReadOptions {
+    std::optional<Crop> crop;  ///< of the upright picture
+    /// Which of several pictures in the file: its number from 0, or its name. Empty: the only one that is no
+    /// reduced copy.
+    std::string part;
+    /// Planes by name ("550nm", "diffuse.R"), layer ("diffuse": all of its planes but alpha) or number from
+    /// 0, in this order. Empty: all but alpha.
+    std::vector<std::string> planes;
+    /// Numbers as the file has them: colours are not converted. Types are scaled all the same.
+    bool keep_values = false;
+};
+
+/// Reads a picture, upright. 8-bit and 16-bit values become [0, 1], others keep their unit. Colours that a
+/// file describes (ICC profile, chromaticities, gamma, photometric interpretation) are converted to sRGB
+/// (integers) or linear Rec. 709 (floats), without clamping; XYZ stays XYZ. One or two planes, or more than
+/// three, are unspecified unless the file says that one plane is linear light. See docs/pictures.md.
+/// \throws InputError when the file is missing, empty, truncated, damaged, of no known format, of a kind that
+///     is not supported, holds several pictures of equal rank and `part` chooses none, lacks a part or plane
+///     that is asked for, holds NaN or infinite values inside the crop, or the crop leaves the picture
+[[nodiscard]] BTFIELD_API Picture read_picture(const std::filesystem::path& path, const ReadOptions& options);
+/// The whole of it, or a crop.
 [[nodiscard]] BTFIELD_API Picture read_picture(const std::filesystem::path& path,
                                                std::optional<Crop> crop = {});
 
 /// What happened to values on the way to the file.
 struct WriteReport {
     /// Pixels with at least one value outside [0, 1]; in an HDR file, which holds no sign, below 0; else 0.
+    /// Of the values as they are stored.
     std::uintmax_t clamped_pixels = 0;
+    /// Conversions that may surprise and losses, as Picture::remarks.
+    std::vector<std::string> remarks;
 };
 
-/// Writes all planes. The type follows `type`; without one, the extension: EXR half, HDR float, TIFF the
-/// `source` type, the others uint8, or uint16 where `source` has more than 8 bits and the format can (PNG,
-/// PNM). The file appears complete under its name (written beside it, then renamed) or not at all.
+/// How a picture is written.
+struct WriteOptions {
+    PixelType source = PixelType::uint8;  ///< storage of the picture that this one comes from
+    /// Without one, by extension and source: EXR half for 8 bit and half, else float; HDR float; TIFF as the
+    /// source; the others uint8, or uint16 where the source has more than 8 bits and the format can (PNG,
+    /// PNM).
+    std::optional<PixelType> type;
+    /// Stores the numbers as they are, whatever the format takes them for. What PNG, TIFF and EXR can, they
+    /// say of the colour space.
+    bool keep_values = false;
+    /// Linear colours in EXR and HDR are stored in these primaries, and the file says so.
+    std::optional<Chromaticities> chromaticities;
+};
+
+/// Writes all planes. Unless values are kept, colours become what the file's readers take them for: sRGB in
+/// files of whole numbers, linear Rec. 709 in those of floats, XYZ in EXR alone; what is unspecified stays.
+/// Names of planes become channel names in EXR, and stand in the description of a TIFF. The file appears
+/// complete under its name (written beside it, then renamed) or not at all.
 /// \throws InputError when the extension is unknown, the format cannot hold the planes or the type, a value
 ///     is NaN or infinite, or the file cannot be written
+BTFIELD_API WriteReport write_picture(const std::filesystem::path& path, const Image& image,
+                                      const WriteOptions& options);
+/// With these options alone.
 BTFIELD_API WriteReport write_picture(const std::filesystem::path& path, const Image& image,
                                       PixelType source = PixelType::uint8,
                                       std::optional<PixelType> type = {});

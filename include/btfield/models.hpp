@@ -4,6 +4,7 @@
 /// Random-field models as plain data. All arithmetic on them lives elsewhere.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -135,6 +136,9 @@ struct Provenance {
     std::uint64_t picture_bytes = 0;    ///< uncompressed size of the analysed pixels
     std::string software;               ///< "btfield 0.1.0"
     std::vector<std::string> reasons;   ///< why model, order or levels are what they are, where fit() chose
+    /// Of the picture's file, where they are not those of its colour space: EXR and HDR textures are written
+    /// in them again.
+    std::optional<Chromaticities> chromaticities = {};
 };
 
 /// Everything that synthesis needs.
@@ -143,7 +147,8 @@ struct TextureModel {
     Size size;  ///< of the analysed picture
     int planes = 0;
     ColourSpace space = ColourSpace::unspecified;
-    int factor = 2;  ///< pyramid reduction factor n
+    std::vector<std::string> names;  ///< of the planes, as the picture has them: empty, or one for each
+    int factor = 2;                  ///< pyramid reduction factor n
     NoiseForm noise = NoiseForm::full;
     std::vector<double> mean;  ///< μ, one per plane of the picture
     /// T of 2D models and of models with marginals (theory 3): the levels model T (Y − μ). Without planes

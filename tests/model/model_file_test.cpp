@@ -332,7 +332,7 @@ TEST(ModelFile, NewerVersions) {
         expect_refused(value.dump(), "version");
     }
     // A later minor version may add keys; this one may not have any that it does not know.
-    value["version"] = {1, 1};
+    value["version"] = {1, 2};
     value["added"] = {{"a", 1}};
     value["levels"][0]["added"] = true;
     value["levels"][0]["certificate"]["added"] = 2;

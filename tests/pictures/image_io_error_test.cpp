@@ -84,11 +84,12 @@ TEST(image_io_error, what_is_no_picture) {
         EXPECT_EQ(
             read_failure(folder / "a.png"),
             quoted +
-                "it is not a picture of a known format; give a PNG, JPEG, TIFF, EXR, HDR or PNM picture");
+                "it is not a picture of a known format; give a PNG, JPEG, TIFF, EXR, HDR, PNM, WebP or HEIC "
+                "picture");
     }
     EXPECT_EQ(read_failure(folder.path()),
               "read '" + folder.path().string() +
-                  "': it is a folder; give a PNG, JPEG, TIFF, EXR, HDR or PNM picture");
+                  "': it is a folder; give a PNG, JPEG, TIFF, EXR, HDR, PNM, WebP or HEIC picture");
     EXPECT_TRUE(
         says(read_failure("/dev/null"), "it is a device or a pipe; store the picture in a file first"));
     EXPECT_TRUE(says(read_failure(folder / "a.png/b.png"), "read '"));

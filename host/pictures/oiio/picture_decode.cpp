@@ -7,8 +7,12 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <new>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -16,8 +20,16 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/channels.hpp"
+#include "host/pictures/colour.hpp"
+#include "host/pictures/exif.hpp"
+#include "host/pictures/oiio/colour_profile.hpp"
+#include "host/pictures/oiio/jpeg_decode.hpp"
 #include "host/pictures/oiio/oiio_handle.hpp"
+#include "host/pictures/oiio/png_colours.hpp"
 #include "host/pictures/oiio/png_frame.hpp"
+#include "host/pictures/oiio/tiff_decode.hpp"
+#include "host/pictures/orientation.hpp"
 #include "host/pictures/picture_names.hpp"
 
 namespace btfield::detail {
@@ -36,14 +48,17 @@ PixelType type_of(const OIIO::ImageSpec& spec) {
     return PixelType::float32;
 }
 
+std::optional<Chromaticities> chromaticities_of(const OIIO::ImageSpec& spec) {
+    const auto* found = spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
+    if (found == nullptr) return std::nullopt;
+    Chromaticities result{};
+    std::copy_n(static_cast<const float*>(found->data()), result.size(), result.begin());
+    return result;
+}
+
 bool is_xyz(const OIIO::ImageSpec& spec) {
-    const auto* chromaticities =
-        spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
-    if (chromaticities != nullptr) {
-        const auto* given = static_cast<const float*>(chromaticities->data());
-        // Writers round 1/3 to as few as three digits.
-        return std::equal(xyz_chromaticities.begin(), xyz_chromaticities.end(), given,
-                          [](float x, float y) { return std::abs(x - y) < 1e-3F; });
+    if (const auto given = chromaticities_of(spec)) {
+        return same_primaries(*given, Chromaticities{1, 0, 0, 1, 0, 0, 1.0 / 3.0, 1.0 / 3.0}, 1e-3);
     }
     std::string space = spec.get_string_attribute("oiio:ColorSpace");
     std::transform(space.begin(), space.end(), space.begin(),
@@ -51,34 +66,18 @@ bool is_xyz(const OIIO::ImageSpec& spec) {
     return space == "xyz" || space == "cie xyz" || space == "ciexyz";
 }
 
-/// Part of an EXR channel name behind its layers.
-std::string_view last_name(std::string_view name) {
-    return name.substr(name.rfind('.') + 1);
-}
-
 ColourSpace space_of(const OIIO::ImageSpec& spec, PictureFormat format, PixelType type,
-                     const std::vector<int>& planes) {
-    if (planes.size() != 3) return ColourSpace::unspecified;
-    const std::string description = spec.get_string_attribute("ImageDescription");
-    if (const auto at = description.find(space_mark); at != std::string::npos) {
-        const std::string_view said = std::string_view(description).substr(at + space_mark.size());
-        for (const auto& [space, word] : names_of<ColourSpace>()) {
-            if (said.starts_with(word)) return space;
-        }
-    }
+                     const ChannelPlan& plan) {
+    if (plan.planes.size() != 3) return ColourSpace::unspecified;
+    if (const auto said = said_space(spec.get_string_attribute("ImageDescription"))) return *said;
     if (is_xyz(spec)) return ColourSpace::xyz;
-    if (format == PictureFormat::exr) {
-        std::string names;
-        for (const int c : planes) names += last_name(spec.channel_name(c));
-        if (names == "XYZ") return ColourSpace::xyz;
-        return names == "RGB" ? ColourSpace::linear : ColourSpace::unspecified;
-    }
+    if (format == PictureFormat::exr) return plan.colours.value_or(ColourSpace::unspecified);
+    if (plan.colours != ColourSpace::linear) return ColourSpace::unspecified;
     if (type == PixelType::half || type == PixelType::float32) return ColourSpace::linear;
     return spec.get_string_attribute("oiio:ColorSpace") == "Linear" ? ColourSpace::linear : ColourSpace::srgb;
 }
 
-void check_header(const OIIO::ImageSpec& spec, PictureFormat format, std::uintmax_t file_bytes,
-                  const std::string& asked) {
+void check_header(const OIIO::ImageSpec& spec, std::uintmax_t file_bytes, const std::string& asked) {
     if (spec.deep || spec.depth > 1) {
         throw InputError(asked, spec.deep ? "it is a deep picture" : "it is a volume", "give a flat picture");
     }
@@ -86,24 +85,33 @@ void check_header(const OIIO::ImageSpec& spec, PictureFormat format, std::uintma
         throw InputError(asked, "its header says " + compact_size_text(spec.width, spec.height) + " pixels",
                          use_a_complete_file);
     }
-    if (format == PictureFormat::tiff && spec.format.size() > 4) {
-        // OpenImageIO 2.4 decodes them to zeros without a word.
-        throw InputError(asked, "it is a TIFF of 64-bit values", "convert it to 32-bit float");
-    }
     check_packing({spec.height, spec.width},
                   static_cast<double>(spec.width) * static_cast<double>(spec.nchannels) *
                       static_cast<double>(spec.format.size()),
                   file_bytes, asked);
 }
 
+/// What the codec says, told apart: a kind that it does not know, or damage.
+[[noreturn]] void refuse_codec(OIIO::ImageInput& input, const char* otherwise, const std::string& asked) {
+    const std::string found = message_of(input, otherwise);
+    std::string small = found;
+    std::transform(small.begin(), small.end(), small.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const bool unknown = std::ranges::any_of(
+        std::array<std::string_view, 4>{"not supported", "unsupported", "not implemented", "don't support"},
+        [&](std::string_view word) { return small.find(word) != std::string::npos; });
+    if (unknown) throw InputError(asked, "it is of a kind that is not supported (" + found + ")", convert_it);
+    throw InputError(asked, found, use_a_complete_file);
+}
+
 /// Values of one channel in an interleaved row, as the library scales them.
 template <class T>
 void take_channel(const T* from, std::size_t stride, std::span<float> to) {
     for (std::size_t i = 0; i < to.size(); ++i) {
-        if constexpr (std::is_integral_v<T>) {
+        if constexpr (std::is_integral_v<T> && sizeof(T) < 4) {
             to[i] = static_cast<float>(from[i * stride]) / static_cast<float>(std::numeric_limits<T>::max());
         } else {
-            to[i] = from[i * stride];
+            to[i] = static_cast<float>(from[i * stride]);
         }
     }
 }
@@ -114,11 +122,18 @@ struct Sink {
     std::span<float> values;
 };
 
+/// What is decoded: a part of the file and its channels from `begin` to before `end`.
+struct Source {
+    OIIO::ImageInput& input;
+    const OIIO::ImageSpec& spec;
+    int part = 0, begin = 0, end = 0;
+};
+
 /// Decodes the crop strip by strip as T and hands every channel's rows to its sink.
 template <class T>
-void read_rows(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, Crop crop,
-               const std::vector<Sink>& sinks, const std::string& asked) {
+void read_rows(const Source& source, Crop crop, const std::vector<Sink>& sinks, const std::string& asked) {
     const auto format = OIIO::BaseTypeFromC<T>::value;
+    const OIIO::ImageSpec& spec = source.spec;
     const bool tiled = spec.tile_width > 0;
     // Codecs hand out whole rows, or whole tiles.
     const auto down = [](int v, int step) { return v - v % step; };
@@ -128,62 +143,81 @@ void read_rows(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, Crop crop,
                             : spec.width;
     const int rows = tiled ? spec.tile_height : strip_rows;
     const auto columns = static_cast<std::size_t>(x_end - x_begin);
-    const auto channels = static_cast<std::size_t>(spec.nchannels);
+    const auto channels = static_cast<std::size_t>(source.end - source.begin);
     std::vector<T> strip(columns * channels * static_cast<std::size_t>(std::min(rows, spec.height)));
 
     for (int y = down(crop.y, rows); y < crop.y + crop.height; y += rows) {
         const int y_end = std::min(y + rows, spec.height);
         const bool read =
-            tiled ? input.read_tiles(0, 0, spec.x + x_begin, spec.x + x_end, spec.y + y, spec.y + y_end,
-                                     spec.z, spec.z + 1, 0, spec.nchannels, format, strip.data())
-                  : input.read_scanlines(0, 0, spec.y + y, spec.y + y_end, spec.z, 0, spec.nchannels, format,
-                                         strip.data());
-        if (!read)
-            throw InputError(asked, message_of(input, "its pixels cannot be decoded"), use_a_complete_file);
+            tiled ? source.input.read_tiles(source.part, 0, spec.x + x_begin, spec.x + x_end, spec.y + y,
+                                            spec.y + y_end, spec.z, spec.z + 1, source.begin, source.end,
+                                            format, strip.data())
+                  : source.input.read_scanlines(source.part, 0, spec.y + y, spec.y + y_end, spec.z,
+                                                source.begin, source.end, format, strip.data());
+        if (!read) refuse_codec(source.input, "its pixels cannot be decoded", asked);
         for (int row = std::max(y, crop.y); row < std::min(y_end, crop.y + crop.height); ++row) {
             const std::size_t from =
                 (static_cast<std::size_t>(row - y) * columns + static_cast<std::size_t>(crop.x - x_begin)) *
                 channels;
             const auto width = static_cast<std::size_t>(crop.width);
             for (const Sink& sink : sinks) {
-                take_channel(strip.data() + from + sink.channel, channels,
+                take_channel(strip.data() + from + (sink.channel - source.begin), channels,
                              sink.values.subspan(static_cast<std::size_t>(row - crop.y) * width, width));
             }
         }
     }
 }
 
+bool is_wide_integer(const OIIO::ImageSpec& spec, int channel) {
+    const auto base = static_cast<OIIO::TypeDesc::BASETYPE>(spec.channelformat(channel).basetype);
+    return base == OIIO::TypeDesc::UINT32 || base == OIIO::TypeDesc::INT32;
+}
+
+/// Whole numbers of 32 bits keep their unit: OpenImageIO would scale them.
+void read_wide_integers(Source source, Crop crop, const std::vector<Sink>& sinks, Picture& picture,
+                        const std::string& asked) {
+    bool told = false;
+    for (const Sink& sink : sinks) {
+        if (!is_wide_integer(source.spec, sink.channel)) continue;
+        source.begin = sink.channel;
+        source.end = sink.channel + 1;
+        read_rows<std::uint32_t>(source, crop, {sink}, asked);
+        told = told || std::ranges::any_of(sink.values, [](float v) { return std::abs(v) > 16777216.0F; });
+    }
+    if (told) picture.remarks.emplace_back(wide_integers_remark);
+}
+
 /// Type, planes and alpha of the crop; alpha stands beside the planes.
-Picture read_crop(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, PictureFormat format, Crop crop,
+Picture read_crop(const Source& source, PictureFormat format, const ChannelPlan& plan, Crop crop,
                   const std::string& asked) {
+    const OIIO::ImageSpec& spec = source.spec;
     Picture picture;
     picture.type = type_of(spec);
-    const int alpha = spec.nchannels > 1 ? spec.alpha_channel : -1;
-    std::vector<int> planes;
-    for (int c = 0; c < spec.nchannels; ++c) {
-        if (c != alpha) planes.push_back(c);
-    }
     try {
-        picture.image = Image({crop.height, crop.width}, static_cast<int>(planes.size()),
-                              space_of(spec, format, picture.type, planes));
+        picture.image = Image({crop.height, crop.width}, static_cast<int>(plan.planes.size()),
+                              space_of(spec, format, picture.type, plan));
         std::vector<Sink> sinks;
-        for (std::size_t p = 0; p < planes.size(); ++p) {
-            sinks.push_back({planes[p], picture.image.plane(static_cast<int>(p))});
-        }
-        if (alpha >= 0) {
-            picture.alpha.resize(area(picture.image.size()));
-            sinks.push_back({alpha, picture.alpha});
-        }
+        for (std::size_t p = 0; p < plan.planes.size(); ++p)
+            sinks.push_back({plan.planes[p], picture.image.plane(static_cast<int>(p))});
+        const std::size_t pixels = area(picture.image.size());
+        std::vector<float> alphas(pixels * plan.alpha.size());
+        for (std::size_t a = 0; a < plan.alpha.size(); ++a)
+            sinks.push_back({plan.alpha[a], std::span(alphas).subspan(a * pixels, pixels)});
         switch (picture.type) {
             case PixelType::uint8:
-                read_rows<unsigned char>(input, spec, crop, sinks, asked);
+                read_rows<unsigned char>(source, crop, sinks, asked);
                 break;
             case PixelType::uint16:
-                read_rows<unsigned short>(input, spec, crop, sinks, asked);
+                read_rows<unsigned short>(source, crop, sinks, asked);
                 break;
             default:
-                read_rows<float>(input, spec, crop, sinks, asked);
+                read_rows<float>(source, crop, sinks, asked);
+                read_wide_integers(source, crop, sinks, picture, asked);
         }
+        if (!plan.alpha.empty())
+            picture.alpha.assign(alphas.begin(), alphas.begin() + static_cast<std::ptrdiff_t>(pixels));
+        for (std::size_t i = pixels; i < alphas.size(); ++i)
+            picture.alpha[i % pixels] = std::min(picture.alpha[i % pixels], alphas[i]);
     } catch (const std::bad_alloc&) {
         throw InputError(asked,
                          compact_text_of(crop) + " pixels of " + std::to_string(spec.nchannels) +
@@ -193,35 +227,224 @@ Picture read_crop(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, PictureF
     return picture;
 }
 
-}  // namespace
+/// The file's pictures; those of one that has a single one are not looked at.
+std::vector<Part> parts_of(OIIO::ImageInput& input) {
+    std::vector<Part> parts;
+    for (int i = 0; input.seek_subimage(i, 0); ++i) {
+        const OIIO::ImageSpec& spec = input.spec();
+        parts.push_back({spec.get_string_attribute("oiio:subimagename"),
+                         compact_size_text(spec.width, spec.height) + ", " + std::to_string(spec.nchannels) +
+                             (spec.nchannels == 1 ? " channel" : " channels"),
+                         spec.deep});
+    }
+    if (input.has_error()) static_cast<void>(input.geterror());  // that there is no further one
+    return parts;
+}
 
-Picture decode_picture(const std::filesystem::path& path, PictureFormat format,
-                       const std::optional<Crop>& crop, std::uintmax_t file_bytes, const std::string& asked) {
-    OIIO::ImageSpec config;
+/// What is left when values have been read: primaries to convert, windows to tell of.
+void understand_exr(const OIIO::ImageSpec& spec, const ReadOptions& options, Picture& picture) {
+    const std::optional<Chromaticities> given = chromaticities_of(spec);
+    if (given && picture.image.space() == ColourSpace::linear && !same_primaries(*given, rec709)) {
+        const std::optional<Matrix3> matrix = rec709_from(*given);
+        if (!matrix) {
+            picture.remarks.emplace_back("its chromaticities span no colours, and Rec. 709 is assumed");
+        } else {
+            picture.chromaticities = given;
+            if (options.keep_values) {
+                picture.image.set_space(ColourSpace::unspecified);
+            } else {
+                transform(picture.image, *matrix);
+                picture.remarks.emplace_back(
+                    "its primaries (chromaticities) are not Rec. 709, and its colours were converted");
+            }
+        }
+    }
+    if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
+        spec.height != spec.full_height)
+        picture.remarks.push_back("its data window, " + compact_size_text(spec.width, spec.height) +
+                                  " pixels, is read, not its display window of " +
+                                  compact_size_text(spec.full_width, spec.full_height));
+    const float aspect = spec.get_float_attribute("PixelAspectRatio", 1.0F);
+    if (std::abs(aspect - 1.0F) > 1e-3F)
+        picture.remarks.emplace_back("its pixels are not square, and are taken as square");
+}
+
+/// An open file, with the memory that it is read from.
+struct OpenFile {
     std::string frame;
     std::optional<OIIO::Filesystem::IOMemReader> memory;
-    if (format == PictureFormat::png) {
-        frame = checked_png(path, asked);
-        memory.emplace(frame.data(), frame.size());
-        OIIO::Filesystem::IOProxy* proxy = &*memory;
+    Reader input;
+    std::vector<Part> parts;
+    OIIO::ImageSpec spec;
+    int part = 0;
+};
+
+void open_file(OpenFile& file, const std::filesystem::path& path, PictureFormat format,
+               const std::string& wanted, const std::string& asked) {
+    OIIO::ImageSpec config;
+    if (!file.frame.empty()) {
+        file.memory.emplace(file.frame.data(), file.frame.size());
+        OIIO::Filesystem::IOProxy* proxy = &*file.memory;
         config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     }
-    if (format == PictureFormat::jpeg) {
-        const std::string missing = jpeg_missing_end(path);
-        if (!missing.empty()) throw InputError(asked, missing, use_a_complete_file);
-    }
     config.attribute("oiio:UnassociatedAlpha", 1);  // colours as stored, not multiplied by alpha
-    const Reader input(OIIO::ImageInput::create(std::string(codec_name(format))).release());
-    if (!input) throw InputError(asked, OIIO::geterror(), "install OpenImageIO with this format");
-    OIIO::ImageSpec spec;
-    if (!input->open(path.string(), spec, config)) {
-        throw InputError(asked, message_of(*input, "its header cannot be decoded"), use_a_complete_file);
+    file.input.reset(OIIO::ImageInput::create(std::string(codec_name(format))).release());
+    if (!file.input) throw InputError(asked, OIIO::geterror(), "install OpenImageIO with this format");
+    if (!file.input->open(path.string(), file.spec, config))
+        refuse_codec(*file.input, "its header cannot be decoded", asked);
+    file.parts = parts_of(*file.input);
+    file.part = chosen_part(file.parts, wanted, asked);
+    // Its decoder does not go back.
+    if (format == PictureFormat::webp &&
+        !(file.input->close() && file.input->open(path.string(), file.spec, config)))
+        refuse_codec(*file.input, "its header cannot be decoded", asked);
+    if (!file.input->seek_subimage(file.part, 0))
+        refuse_codec(*file.input, "that part cannot be decoded", asked);
+    file.spec = file.input->spec();
+}
+
+/// What a file says beside its pixels.
+struct Surroundings {
+    ColourMeaning meaning;
+    Exif exif;
+    std::string remark;
+};
+
+/// Sony's and others' cameras: Adobe RGB (1998), whose exponent is 2 + 51/256.
+ColourMeaning adobe_rgb() {
+    ColourMeaning meaning;
+    meaning.primaries = Chromaticities{0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290};
+    meaning.exponent = 563.0 / 256.0;
+    meaning.said_by = "from Adobe RGB (1998), as its EXIF says";
+    return meaning;
+}
+
+/// ICC and EXIF chunks of a WebP, which OpenImageIO passes over.
+Surroundings webp_surroundings(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    Surroundings result;
+    for (std::size_t at = 12; at + 8 <= bytes.size();) {
+        std::size_t length = 0;
+        for (std::size_t i = 4; i > 0; --i)
+            length = length << 8 | static_cast<unsigned char>(bytes[at + 3 + i]);
+        const std::string_view name = std::string_view(bytes).substr(at, 4);
+        const std::string_view content = std::string_view(bytes).substr(at + 8, length);
+        if (name == "ICCP") result.meaning.profile = content;
+        if (name == "EXIF")
+            result.exif = read_exif(content.starts_with("Exif") ? content.substr(6) : content);
+        at += 8 + length + length % 2;
     }
-    check_header(spec, format, file_bytes, asked);
-    const Crop part = checked_crop(crop, {spec.height, spec.width}, asked);
-    Picture picture = read_crop(*input, spec, format, part, asked);
+    return result;
+}
+
+Surroundings surroundings_of(const std::filesystem::path& path, PictureFormat format, const PngChunks& chunks,
+                             const JpegMarkers& markers, const OIIO::ImageSpec& spec,
+                             const std::string& asked) {
+    Surroundings result;
+    if (format == PictureFormat::webp) return webp_surroundings(path);
+    if (format == PictureFormat::png) {
+        result.meaning = meaning_of(chunks, result.remark, asked);
+        result.exif = read_exif(chunks.exif);
+    } else if (format == PictureFormat::jpeg) {
+        result.meaning.profile = markers.profile;
+        result.exif = read_exif(markers.exif);
+        if (markers.profile.empty() && result.exif.adobe_rgb && markers.components == 3)
+            result.meaning = adobe_rgb();
+    } else if (const auto* profile = spec.find_attribute("ICCProfile"); profile != nullptr) {
+        // Of HEIC the decoder applies the orientation itself.
+        result.meaning.profile.assign(static_cast<const char*>(profile->data()), profile->type().size());
+    }
+    return result;
+}
+
+/// A JPEG of four inks.
+Picture read_inks(const std::filesystem::path& path, const ReadOptions& options, const JpegMarkers& markers,
+                  const std::string& asked) {
+    const Size size = size_of_inks(path, asked);
+    static_cast<void>(chosen_part({{{}, compact_text_of(size), false}}, options.part, asked));
+    const Orientation orientation(read_exif(markers.exif).orientation);
+    const Crop crop = checked_crop(options.crop, orientation.upright(size), asked);
+    Picture picture;
+    picture.image = decode_inks(path, orientation.stored(crop, size), markers, asked);
+    if (markers.profile.empty()) {
+        convert_cmyk(picture, options.keep_values);
+    } else {
+        ColourMeaning meaning;
+        meaning.profile = markers.profile;
+        apply_meaning(picture, meaning, options.keep_values);
+    }
+    make_upright(picture, orientation);
+    std::vector<std::string> names = channel_names(3);
+    if (picture.image.planes() == 4) names = {"C", "M", "Y", "K"};
+    keep_planes(picture, plan_channels(names, options.planes, -1, asked));
+    return picture;
+}
+
+/// Of formats whose channels have no names: planes of colours are chosen once the colours are understood.
+Picture read_colours(OpenFile& file, PictureFormat format, const Surroundings& around,
+                     const ReadOptions& options, const std::string& asked) {
+    const OIIO::ImageSpec& spec = file.spec;
+    const Orientation orientation(around.exif.orientation);
+    const Size size{spec.height, spec.width};
+    const Crop crop = checked_crop(options.crop, orientation.upright(size), asked);
+    const std::vector<std::string> names = channel_names(spec.nchannels);
+    const ChannelPlan all = plan_channels(names, {}, spec.alpha_channel, asked);
+    Picture picture = read_crop({*file.input, spec, file.part, 0, spec.nchannels}, format, all,
+                                orientation.stored(crop, size), asked);
+    const bool said = said_space(spec.get_string_attribute("ImageDescription")).has_value();
+    if (!said) apply_meaning(picture, around.meaning, options.keep_values);
+    if (!around.remark.empty()) picture.remarks.push_back(around.remark);
+    make_upright(picture, orientation);
+    if (options.planes.empty()) return picture;
+    const ChannelPlan plan = plan_channels(names, options.planes, spec.alpha_channel, asked);
+    const bool alpha = std::ranges::any_of(plan.planes, [&](int c) { return c >= picture.image.planes(); });
+    if (alpha && !picture.alpha.empty()) {  // alpha is the last channel of these formats
+        Image with(picture.image.size(), picture.image.planes() + 1);
+        std::ranges::copy(picture.image.values(), with.values().begin());
+        std::ranges::copy(picture.alpha, with.plane(picture.image.planes()).begin());
+        picture.image = std::move(with);
+        picture.alpha.clear();
+    }
+    keep_planes(picture, plan);
+    return picture;
+}
+
+Picture read_named(OpenFile& file, PictureFormat format, const ReadOptions& options,
+                   const std::string& asked) {
+    const OIIO::ImageSpec& spec = file.spec;
+    const ChannelPlan plan = plan_channels(spec.channelnames, options.planes, -1, asked);
+    const Crop crop = checked_crop(options.crop, {spec.height, spec.width}, asked);
+    Picture picture = read_crop({*file.input, spec, file.part, 0, spec.nchannels}, format, plan, crop, asked);
+    picture.image.set_names(plan.names);
+    understand_exr(spec, options, picture);
+    return picture;
+}
+
+}  // namespace
+
+Picture decode_picture(const std::filesystem::path& path, PictureFormat format, const ReadOptions& options,
+                       std::uintmax_t file_bytes, const std::string& asked) {
+    if (format == PictureFormat::tiff) return decode_tiff(path, options, file_bytes, asked);
+    OpenFile file;
+    PngChunks chunks;
+    JpegMarkers markers;
+    if (format == PictureFormat::png) file.frame = checked_png(path, asked, &chunks);
+    if (format == PictureFormat::jpeg) {
+        markers = jpeg_markers(path);
+        if (!markers.missing_end.empty()) throw InputError(asked, markers.missing_end, use_a_complete_file);
+        if (markers.components == 4) return read_inks(path, options, markers, asked);
+    }
+    open_file(file, path, format, options.part, asked);
+    check_header(file.spec, file_bytes, asked);
+    Picture picture =
+        format == PictureFormat::exr
+            ? read_named(file, format, options, asked)
+            : read_colours(file, format, surroundings_of(path, format, chunks, markers, file.spec, asked),
+                           options, asked);
     // Damage that the decoder could paint over is reported only here.
-    if (input->has_error()) throw InputError(asked, input->geterror(), use_a_complete_file);
+    if (file.input->has_error()) refuse_codec(*file.input, "it is damaged", asked);
+    if (chunks.animated) picture.remarks.emplace_back("it is animated, and its first picture is read");
     return picture;
 }
 

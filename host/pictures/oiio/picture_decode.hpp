@@ -4,7 +4,6 @@
 /// Decoding through OpenImageIO: every format but PNM.
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "btfield/image_io.hpp"
@@ -12,11 +11,11 @@
 
 namespace btfield::detail {
 
-/// Reads the crop of a file that is known to be of the format. Values are not looked at.
+/// Reads what is wanted of a file that is known to be of the format. Values are not looked at.
 /// \param file_bytes  size of the file, against headers that claim more than it can hold
 /// \throws InputError as read_picture()
 [[nodiscard]] Picture decode_picture(const std::filesystem::path& path, PictureFormat format,
-                                     const std::optional<Crop>& crop, std::uintmax_t file_bytes,
+                                     const ReadOptions& options, std::uintmax_t file_bytes,
                                      const std::string& asked);
 
 }  // namespace btfield::detail

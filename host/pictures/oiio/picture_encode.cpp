@@ -3,9 +3,11 @@
 #include <OpenImageIO/filesystem.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <memory>
+#include <set>
 #include <system_error>
 #include <type_traits>
 #include <vector>
@@ -98,23 +100,64 @@ ColourSpace assumed_space(const Storage& storage, int planes) {
     return integer ? ColourSpace::srgb : ColourSpace::linear;
 }
 
+/// Of planes without names: they sort as the numbers do.
+std::vector<std::string> numbered_names(int count) {
+    std::vector<std::string> names;
+    const std::size_t digits = std::to_string(count - 1).size();
+    for (int p = 0; p < count; ++p) {
+        const std::string number = std::to_string(p);
+        names.push_back("plane" + std::string(digits - number.size(), '0') + number);
+    }
+    return names;
+}
+
+/// As EXR takes them: none empty, none twice, up to 255 bytes.
+std::vector<std::string> exr_names(const std::vector<std::string>& names) {
+    std::vector<std::string> result = numbered_names(static_cast<int>(names.size()));
+    const std::set<std::string> reserved(result.begin(), result.end());
+    std::set<std::string> taken;
+    for (std::size_t p = 0; p < names.size(); ++p) {
+        const std::string name = names[p].substr(0, names[p].find('\0'));
+        const bool good = !name.empty() && name.size() <= 255 && !reserved.contains(name);
+        if (good && taken.insert(name).second) result[p] = name;
+    }
+    return result;
+}
+
+/// What the file's kind does not say by itself: the colour space where a reader would assume another, and
+/// names where channels have none.
+std::string description_of(const Image& image, const Storage& storage) {
+    std::string text;
+    // Primaries of their own say what the values are.
+    const bool said = storage.chromaticities && image.space() == ColourSpace::unspecified;
+    if (image.planes() == 3 && !said && image.space() != assumed_space(storage, image.planes()))
+        text = std::string(space_mark) + std::string(name(image.space()));
+    if (storage.format == PictureFormat::tiff && !image.names().empty()) {
+        text += (text.empty() ? "" : "\n") + std::string(names_mark) + std::to_string(image.planes());
+        for (const std::string& each : image.names()) {
+            text += '\n';
+            for (const char c : each) text += c == '\n' || c == '\0' ? ' ' : c;
+        }
+    }
+    return text;
+}
+
 OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
     OIIO::ImageSpec spec(image.width(), image.height(), image.planes(),
                          OIIO::TypeDesc(codec_type(storage.type)));
     // Neutral names: the codec's own would make the second of two or the fourth plane an alpha. EXR sorts by
     // name.
-    const bool colour = image.planes() == 3 && image.space() != ColourSpace::unspecified;
-    if (image.planes() == 1) {
+    const bool colour =
+        image.planes() == 3 && (image.space() != ColourSpace::unspecified || storage.chromaticities);
+    const bool exr = storage.format == PictureFormat::exr;
+    if (exr && !image.names().empty()) {
+        spec.channelnames = exr_names(image.names());
+    } else if (image.planes() == 1) {
         spec.channelnames = {"Y"};
     } else if (colour || (image.planes() == 3 && storage.format != PictureFormat::exr)) {
         spec.channelnames = {"R", "G", "B"};
     } else {
-        const std::size_t digits = std::to_string(image.planes() - 1).size();
-        for (int p = 0; p < image.planes(); ++p) {
-            const std::string number = std::to_string(p);
-            spec.channelnames[static_cast<std::size_t>(p)] =
-                "plane" + std::string(digits - number.size(), '0') + number;
-        }
+        spec.channelnames = numbered_names(image.planes());
     }
     spec.alpha_channel = -1;
     spec.z_channel = -1;
@@ -125,11 +168,15 @@ OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
         if (image.space() == ColourSpace::xyz) {
             spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8),
                            xyz_chromaticities.data());
+        } else if (exr && storage.chromaticities) {
+            std::array<float, 8> given{};
+            std::ranges::transform(*storage.chromaticities, given.begin(),
+                                   [](double v) { return static_cast<float>(v); });
+            spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), given.data());
         }
     }
-    if (image.planes() == 3 && image.space() != assumed_space(storage, image.planes())) {
-        spec.attribute("ImageDescription", std::string(space_mark) + std::string(name(image.space())));
-    }
+    const std::string description = description_of(image, storage);
+    if (!description.empty()) spec.attribute("ImageDescription", description);
     spec.attribute("jpeg:subsampling", "4:4:4");
     spec.attribute("Compression", storage.format == PictureFormat::jpeg ? "jpeg:98" : "zip");
     // Measured on photographs: three times as fast as the codec's 6, and no larger.

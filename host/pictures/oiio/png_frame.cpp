@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
@@ -58,17 +59,28 @@ void check_header(std::string_view content, const std::string& asked) {
     }
 }
 
-/// Chunks that decide about pixel values, and texts. A gamma counts only where it says "linear": for all else
-/// sRGB is assumed, and the decoder has remarks on most.
-bool matters(std::string_view name, std::string_view content) {
+/// Chunks that decide about pixel values, and texts. What others say of colours is understood here: the
+/// decoder has remarks on most.
+bool matters(std::string_view name) {
     constexpr std::array<std::string_view, 6> kept{"IHDR", "PLTE", "tRNS", "IDAT", "IEND", "tEXt"};
-    if (name == "gAMA") return content.size() == 4 && word(content, 0) == 100000;
     return std::find(kept.begin(), kept.end(), name) != kept.end();
+}
+
+void keep(PngChunks& chunks, std::string_view name, std::string_view content) {
+    const std::array<std::pair<std::string_view, std::string*>, 5> known{{{"gAMA", &chunks.gamma},
+                                                                          {"cHRM", &chunks.primaries},
+                                                                          {"iCCP", &chunks.profile},
+                                                                          {"cICP", &chunks.code_points},
+                                                                          {"eXIf", &chunks.exif}}};
+    for (const auto& [text, place] : known)
+        if (name == text) *place = content;
+    if (name == "sRGB") chunks.has_srgb = true;
+    if (name == "acTL") chunks.animated = true;
 }
 
 }  // namespace
 
-std::string checked_png(const std::filesystem::path& path, const std::string& asked) {
+std::string checked_png(const std::filesystem::path& path, const std::string& asked, PngChunks* chunks) {
     std::ifstream file(path, std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     const std::string_view all = bytes;
@@ -100,7 +112,8 @@ std::string checked_png(const std::filesystem::path& path, const std::string& as
             throw InputError(asked, "its header is not at its beginning", use_a_complete_file);
         }
         if (name == "IHDR") check_header(content, asked);
-        if (matters(name, content)) kept.append(all.substr(at, head + length + sum));
+        if (chunks != nullptr) keep(*chunks, name, content);
+        if (matters(name)) kept.append(all.substr(at, head + length + sum));
         if (name == "IEND") return kept;
         at += head + length + sum;
     }

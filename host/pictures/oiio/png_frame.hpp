@@ -9,13 +9,17 @@
 #include <filesystem>
 #include <string>
 
+#include "host/pictures/oiio/png_colours.hpp"
+
 namespace btfield::detail {
 
 /// Of both sides: the decoders' own limit.
 constexpr std::uint32_t most_png_pixels = 1000000;
 
 /// Bytes of a complete PNG with only the chunks that decide about pixel values, and its texts.
+/// \param chunks gets what others say of colours, where it is not null
 /// \throws InputError when the file ends early, a chunk's checksum is wrong, or the header is impossible.
-[[nodiscard]] std::string checked_png(const std::filesystem::path& path, const std::string& asked);
+[[nodiscard]] std::string checked_png(const std::filesystem::path& path, const std::string& asked,
+                                      PngChunks* chunks = nullptr);
 
 }  // namespace btfield::detail

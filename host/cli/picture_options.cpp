@@ -1,0 +1,102 @@
+#include "host/cli/picture_options.hpp"
+
+#include <algorithm>
+
+#include "host/cli/options.hpp"
+#include "host/cli/report.hpp"
+#include "host/pictures/picture_names.hpp"
+
+namespace btfield::cli {
+namespace {
+
+const char* const group = "Pictures";
+
+std::string quoted_path(const std::filesystem::path& path) {
+    return "'" + path.string() + "'";
+}
+
+}  // namespace
+
+void add_reading(CLI::App& app, ReadOptions& options) {
+    app.add_option("--part", options.part,
+                   "which of several pictures in a file: its number from 0, or its name (default: the only "
+                   "one that is no reduced copy)")
+        ->type_name("N|NAME")
+        ->group(group);
+    app.add_option("--planes", options.planes,
+                   "planes to read, by channel name, layer or number from 0 (default: all but alpha)")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("NAME,...")
+        ->group(group);
+    app.add_flag("--keep-values", options.keep_values,
+                 "take numbers as they are stored: no conversion of colours")
+        ->group(group);
+}
+
+void add_writing(CLI::App& app, WritingArguments& arguments, bool with_keep_values) {
+    const std::string words = detail::words_of<PixelType>("|");
+    app.add_option_function<std::string>(
+           "--type",
+           [&arguments, words](const std::string& text) {
+               arguments.type = detail::find_value<PixelType>(text);
+               if (!arguments.type)
+                   throw CLI::ValidationError("--type", "'" + text + "' is none of " + words);
+           },
+           "type of values in the file (default: as the picture's, as far as the format holds it)")
+        ->type_name(words)
+        ->group(group);
+    if (with_keep_values)
+        app.add_flag("--keep-values", arguments.keep_values,
+                     "write numbers as the model has them: neither encoded nor made linear for the format")
+            ->group(group);
+}
+
+Picture read_told(const std::filesystem::path& path, const ReadOptions& options) {
+    Picture picture = read_picture(path, options);
+    std::string text;
+    for (const std::string& remark : picture.remarks) text += (text.empty() ? "" : "; ") + remark;
+    if (std::ranges::any_of(picture.alpha, [](float a) { return a != 1.0F; }))
+        text += std::string(text.empty() ? "" : "; ") +
+                "it is partly transparent, and transparency is not modelled";
+    if (!text.empty()) warn(quoted_path(path) + ": " + text);
+    return picture;
+}
+
+WriteOptions write_options(const Provenance& provenance, const WritingArguments& arguments) {
+    return {provenance.type, arguments.type, arguments.keep_values, provenance.chromaticities};
+}
+
+WriteOptions write_options(const Picture& picture, const WritingArguments& arguments) {
+    return {picture.type, arguments.type, arguments.keep_values, picture.chromaticities};
+}
+
+void WrittenRemarks::add(const std::filesystem::path& path, const WriteReport& report) {
+    for (const std::string& remark : report.remarks) {
+        const auto known = std::ranges::find(told_, remark, &Told::remark);
+        if (known == told_.end())
+            told_.push_back({remark, path, 1});
+        else
+            ++known->files;
+    }
+}
+
+void WrittenRemarks::tell() const {
+    for (const Told& told : told_) {
+        const std::string more =
+            told.files > 1 ? " and " + std::to_string(told.files - 1) + " more" : std::string();
+        warn(quoted_path(told.first) + more + ": " + told.remark);
+    }
+}
+
+void warn_of_unlike_spaces(const std::filesystem::path& a, const Image& one, const std::filesystem::path& b,
+                           const Image& other) {
+    const ColourSpace first = one.space(), second = other.space();
+    if (first == second || first == ColourSpace::unspecified || second == ColourSpace::unspecified) return;
+    warn(quoted_path(a) + " has " + std::string(name(first)) + " values and " + quoted_path(b) + " " +
+         std::string(name(second)) +
+         " ones, and numbers are compared as they are; formats of one kind, or "
+         "synth --keep-values, give the same");
+}
+
+}  // namespace btfield::cli

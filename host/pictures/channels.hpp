@@ -1,0 +1,44 @@
+#pragma once
+
+/// \file
+/// Which channels of a file become planes, in which order, and what their names say.
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "btfield/image_io.hpp"
+
+namespace btfield::detail {
+
+struct ChannelPlan {
+    std::vector<int> planes;  ///< channels, in the order of the planes
+    std::vector<int> alpha;   ///< channels that are set aside
+    /// Of the planes, well-formed UTF-8; empty where they say no more than the colour space does.
+    std::vector<std::string> names;
+    /// What the names say of the values; nothing where they say nothing.
+    std::optional<ColourSpace> colours;
+};
+
+/// Alpha is every channel named A or alpha (AR, AG, AB beside R, G, B) of a layer that holds something else;
+/// that of L, A, B is a colour. Three channels called red, green and blue, or R, G and B behind the same
+/// letters, are in that order; wavelengths ("450nm", "S0.450,5nm", "w450") ascend.
+/// \param names of all channels, as the file has them
+/// \param chosen as ReadOptions::planes
+/// \param alpha channel that the format declares as such; -1: none
+/// \throws InputError when a chosen name or number does not exist
+[[nodiscard]] ChannelPlan plan_channels(const std::vector<std::string>& names,
+                                        const std::vector<std::string>& chosen, int alpha,
+                                        const std::string& asked);
+
+/// "Y", "Y" and "A", "R" to "B", "R" to "A": of formats whose channels have no names; more are numbered.
+[[nodiscard]] std::vector<std::string> channel_names(int count);
+
+/// Leaves the plan's planes, of a picture whose planes are all of a file's channels without alpha, in order.
+void keep_planes(Picture& picture, const ChannelPlan& plan);
+
+/// Wavelength that a channel's name tells, in nanometres; nothing where it tells none.
+[[nodiscard]] std::optional<double> wavelength_of(std::string_view name);
+
+}  // namespace btfield::detail

@@ -1,0 +1,55 @@
+#pragma once
+
+/// \file
+/// Arithmetic of colours: the sRGB curve, primaries as matrices, and between the spaces of ColourSpace.
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "btfield/image_io.hpp"
+
+namespace btfield::detail {
+
+/// Row-major.
+using Matrix3 = std::array<double, 9>;
+
+/// Primaries and white of Rec. 709 and sRGB: D65.
+inline constexpr Chromaticities rec709{0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
+
+/// IEC 61966-2-1, its straight piece continued below 0 and its curve above 1.
+[[nodiscard]] inline double srgb_encoded(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+/// Its inverse.
+[[nodiscard]] inline double srgb_decoded(double encoded) {
+    return encoded <= 12.92 * 0.0031308 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+[[nodiscard]] Matrix3 product(const Matrix3& a, const Matrix3& b);
+/// Nothing when it is singular.
+[[nodiscard]] std::optional<Matrix3> inverse(const Matrix3& matrix);
+
+/// Linear values of these primaries as XYZ whose Y is 1 for white. Nothing when they span no colours.
+[[nodiscard]] std::optional<Matrix3> xyz_from(const Chromaticities& primaries);
+
+/// Linear values of these primaries as linear Rec. 709, white becoming white (Bradford's adaptation).
+[[nodiscard]] std::optional<Matrix3> rec709_from(const Chromaticities& primaries);
+
+/// XYZ under one white as it looks under another (Bradford), whites by their x and y.
+[[nodiscard]] Matrix3 adaptation(std::array<double, 2> from, std::array<double, 2> to);
+
+/// Whether both give the same colours, to what writers round.
+[[nodiscard]] bool same_primaries(const Chromaticities& a, const Chromaticities& b, double tolerance = 2e-3);
+
+/// Every pixel of three planes times the matrix.
+void transform(Image& image, const Matrix3& matrix);
+
+/// Linear light as sRGB-encoded values, and back; of any number of planes.
+void encode_srgb(Image& image);
+void decode_srgb(Image& image);
+
+/// Values of the space as those of another, neither of them unspecified; XYZ has three planes.
+void convert(Image& image, ColourSpace to);
+
+}  // namespace btfield::detail

@@ -1,0 +1,27 @@
+#pragma once
+
+/// \file
+/// What the chunks of a PNG say of its colours and how it is turned.
+
+#include <string>
+#include <string_view>
+
+#include "host/pictures/exif.hpp"
+#include "host/pictures/oiio/colour_profile.hpp"
+
+namespace btfield::detail {
+
+struct PngChunks {
+    /// Contents of gAMA, cHRM, iCCP, cICP and eXIf.
+    std::string gamma, primaries, profile, code_points, exif;
+    bool has_srgb = false;
+    bool animated = false;  ///< acTL: only the first picture is read
+};
+
+/// cICP before iCCP, before sRGB, before gAMA and cHRM, as the specification has it. A gamma of 1/2.2 is
+/// sRGB's.
+/// \throws InputError for transfer functions that are not supported: PQ and HLG
+[[nodiscard]] ColourMeaning meaning_of(const PngChunks& chunks, std::string& remark,
+                                       const std::string& asked);
+
+}  // namespace btfield::detail
