@@ -62,6 +62,32 @@ std::string Terminal::read() const {
     ::_exit(127);
 }
 
+Running::Running(std::vector<std::string> words, const std::filesystem::path& folder,
+                 const Surroundings& around)
+    : words_(std::move(words)), out_((folder / "child-out").string()), err_((folder / "child-err").string()) {
+    std::vector<char*> arguments;
+    for (std::string& word : words_) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    child_ = ::fork();
+    if (child_ != 0) return;
+    for (const int signal : {SIGINT, SIGQUIT}) ::signal(signal, SIG_DFL);  // a shell's `&` ignores them
+    become(arguments.data(), around, out_.c_str(), err_.c_str());
+}
+
+void Running::kill(int signal) const {
+    ::kill(child_, signal);
+}
+
+int Running::wait() {
+    int status = 0;
+    ::waitpid(child_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+std::string Running::err() const {
+    return bytes_of(err_);
+}
+
 Ended run_program(std::vector<std::string> words, const Surroundings& around) {
     const TemporaryFolder folder;
     std::vector<char*> arguments;

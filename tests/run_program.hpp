@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,23 @@ class Terminal {
 /// Between fork and exec: only calls that are safe there.
 [[noreturn]] void become(char* const* arguments, const Surroundings& around, const char* out,
                          const char* err);
+
+/// A program beside this one, which gets signals as at a terminal.
+class Running {
+  public:
+    /// \param folder  gets what it says as child-out and child-err
+    Running(std::vector<std::string> words, const std::filesystem::path& folder,
+            const Surroundings& around = {});
+    void kill(int signal) const;
+    /// 128 + signal, or the exit code.
+    int wait();
+    [[nodiscard]] std::string err() const;
+
+  private:
+    std::vector<std::string> words_;
+    std::string out_, err_;
+    pid_t child_ = -1;
+};
 
 /// Runs the program to its end.
 Ended run_program(std::vector<std::string> words, const Surroundings& around = {});

@@ -42,7 +42,7 @@ Image download(DeviceImpl& device, const DevicePlanes& planes, ColourSpace space
 
 std::vector<Size> pyramid_sizes(Size size, int levels, int factor) {
     if (levels < 1 || factor < 2)
-        throw InputError("build a pyramid of " + std::to_string(levels) + " levels with reduction factor " +
+        throw InputError("build a pyramid of " + counted(levels, "level") + " with reduction factor " +
                              std::to_string(factor),
                          levels < 1 ? "there is at least 1 level" : "the factor is at least 2",
                          "give larger numbers");
@@ -150,11 +150,11 @@ Image collapse(Device& device, const std::vector<Image>& levels, int factor) {
         pyramid_sizes(levels.front().size(), static_cast<int>(levels.size()), factor);
     for (std::size_t k = 0; k < levels.size(); ++k)
         if (levels[k].size() != sizes[k] || levels[k].planes() != levels.front().planes())
-            throw InputError("collapse a pyramid with reduction factor " + std::to_string(factor),
-                             "level " + std::to_string(k) + " is " + compact_text_of(levels[k].size()) +
-                                 " with " + std::to_string(levels[k].planes()) + " planes",
-                             "give " + compact_text_of(sizes[k]) + " with " +
-                                 std::to_string(levels.front().planes()) + " planes");
+            throw InputError(
+                "collapse a pyramid with reduction factor " + std::to_string(factor),
+                "level " + std::to_string(k) + " is " + compact_text_of(levels[k].size()) + " with " +
+                    counted(levels[k].planes(), "plane"),
+                "give " + compact_text_of(sizes[k]) + " with " + counted(levels.front().planes(), "plane"));
     if (levels.size() == 1) return levels.front();
     DeviceImpl& impl = device.impl();
     PyramidStages stages(impl, factor);

@@ -1,16 +1,19 @@
 #include "host/base/file_output.hpp"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <optional>
 #include <system_error>
-#include <utility>
 
 #include "btfield/error.hpp"
+#include "host/base/temporary_names.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -45,22 +48,6 @@ std::string reason(int code) {
     }
 }
 
-/// Closes on every way out; close() reports what a destructor could not.
-class Descriptor {
-  public:
-    explicit Descriptor(int value) : value_(value) {}
-    ~Descriptor() {
-        if (value_ >= 0) ::close(value_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    [[nodiscard]] int get() const { return value_; }
-    [[nodiscard]] bool close() { return ::close(std::exchange(value_, -1)) == 0; }
-
-  private:
-    int value_;
-};
-
 /// 0 or errno.
 int write_all(int descriptor, std::string_view bytes) {
     while (!bytes.empty()) {
@@ -90,19 +77,72 @@ fs::path folder_of(const fs::path& path) {
 }
 
 /// Not derived from the target's name, which may already be as long as a name can be.
-fs::path temporary_name(const fs::path& target) {
+fs::path hidden_name(const fs::path& folder) {
     static std::atomic<unsigned> count{0};
-    fs::path extension = target.extension();
-    if (extension.native().size() > 16) extension.clear();
-    return ".btfield-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + extension.string();
+    return folder / (".btfield-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
+}
+
+/// The open file that a name, or what it links to, stands for: 1 for "/dev/stdout", "/dev/fd/1" and
+/// "/proc/self/fd/1".
+std::optional<int> descriptor_named(const fs::path& path, int links = 40) {
+    const std::string& name = path.native();
+    if (name == "/dev/stdout") return STDOUT_FILENO;
+    if (name == "/dev/stderr") return STDERR_FILENO;
+    for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
+        if (!name.starts_with(folder)) continue;
+        int number = 0;
+        const char* const end = name.data() + name.size();
+        const auto [stop, error] = std::from_chars(name.data() + folder.size(), end, number);
+        if (error == std::errc{} && stop == end) return number;
+    }
+    std::error_code error;
+    const fs::path next = links > 0 ? fs::read_symlink(path, error) : fs::path();
+    if (error || next.empty()) return std::nullopt;
+    return descriptor_named(next.is_absolute() ? next : path.parent_path() / next, links - 1);
+}
+
+/// A name of the open file that no other process or thread can make again once it is removed.
+fs::path name_of(int descriptor) {
+    return "/proc/self/fd/" + std::to_string(descriptor);
+}
+
+/// A file with a hidden name, noted for the end of the process; below 0 and errno where that fails.
+int open_hidden(const fs::path& folder, fs::path& name) {
+    for (;;) {
+        name = hidden_name(folder);
+        const TemporaryStep step;
+        step.note(name);
+        const int descriptor = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor >= 0) return descriptor;
+        const int code = errno;
+        step.forget(name);
+        errno = code;
+        if (code != EEXIST) return descriptor;  // else it was left by a killed process of the same number
+    }
 }
 
 }  // namespace
 
-FileOutput::FileOutput(const fs::path& target, std::string asked) : asked_(std::move(asked)) {
+Descriptor::~Descriptor() {
+    if (value_ >= 0) ::close(value_);
+}
+
+bool Descriptor::close() {
+    return ::close(std::exchange(value_, -1)) == 0;
+}
+
+FileOutput::FileOutput(const fs::path& target, std::string asked, bool hidden) : asked_(std::move(asked)) {
     if (target.empty()) throw InputError(asked_, "the name is empty", "give a file name");
+    if (const auto number = descriptor_named(target)) {
+        const int flags = ::fcntl(*number, F_GETFL);
+        if (flags < 0 || (flags & O_ACCMODE) == O_RDONLY) fail(asked_, EBADF, target);
+        sink_ = Descriptor(::fcntl(*number, F_DUPFD_CLOEXEC, 3));
+        special_ = true;
+        target_ = target;
+        open_in_memory();
+        return;
+    }
     std::error_code error;
-    // The status that follows links: /dev/stdout leads through /proc to a pipe that has no name of its own.
     const fs::file_status status = fs::status(target, error);
     switch (status.type()) {
         case fs::file_type::directory:
@@ -122,70 +162,108 @@ FileOutput::FileOutput(const fs::path& target, std::string asked) : asked_(std::
                 throw InputError(asked_, quoted(target) + " names a folder", "give a file name");
             }
     }
-    const bool replaces = special_ || status.type() == fs::file_type::regular;
-    if (replaces && ::faccessat(AT_FDCWD, target_.c_str(), W_OK, AT_EACCESS) != 0) {
+    replaces_ = status.type() == fs::file_type::regular;
+    if ((special_ || replaces_) && ::faccessat(AT_FDCWD, target_.c_str(), W_OK, AT_EACCESS) != 0) {
         fail(asked_, errno, target_);
     }
-
-    const fs::path folder = special_ ? fs::temp_directory_path(error) : folder_of(target_);
-    if (special_ && error) fail(asked_, error.value(), "the folder for temporary files");
-    for (;;) {
-        fs::path name = folder / temporary_name(target_);
-        const Descriptor file(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-        if (file.get() < 0 && errno == EEXIST) continue;  // left by a killed process of the same number
-        if (file.get() < 0) {
-            const int code = errno;
-            if (!fs::is_directory(folder, error)) {
-                throw InputError(asked_, "the folder " + quoted(folder) + " does not exist",
-                                 "make it or choose another");
-            }
-            fail(asked_, code, folder);
-        }
-        temporary_ = std::move(name);
-        if (!special_ && replaces) {
-            ::fchmod(file.get(),
-                     static_cast<mode_t>(status.permissions() & fs::perms::all));  // as far as allowed
-        }
+    if (special_) {
+        open_in_memory();
         return;
     }
+    open_in(folder_of(target_), hidden);
+    if (replaces_) {
+        ::fchmod(file_.get(),
+                 static_cast<mode_t>(status.permissions() & fs::perms::all));  // as far as allowed
+    }
+}
+
+void FileOutput::open_in_memory() {
+    file_ = Descriptor(::memfd_create("btfield", MFD_CLOEXEC));
+    if (file_.get() < 0) fail(asked_, errno, target_);
+    temporary_ = name_of(file_.get());
+}
+
+void FileOutput::open_in(const fs::path& folder, bool hidden) {
+    // A file without a name is gone with the process, however that ends.
+    if (!hidden) file_ = Descriptor(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666));
+    if (file_.get() >= 0) {
+        temporary_ = name_of(file_.get());
+        if (::access(temporary_.c_str(), R_OK | W_OK) == 0) return;
+        file_ = Descriptor();  // no /proc
+    }
+    file_ = Descriptor(open_hidden(folder, hidden_));
+    if (file_.get() < 0) {
+        const int code = errno;
+        hidden_.clear();
+        std::error_code error;
+        if (!fs::is_directory(folder, error)) {
+            throw InputError(asked_, "the folder " + quoted(folder) + " does not exist",
+                             "make it or choose another");
+        }
+        fail(asked_, code, folder);
+    }
+    temporary_ = name_of(file_.get());
+    if (::access(temporary_.c_str(), R_OK | W_OK) != 0) temporary_ = hidden_;
 }
 
 FileOutput::~FileOutput() noexcept {
-    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+    if (hidden_.empty()) return;
+    const TemporaryStep step;
+    ::unlink(hidden_.c_str());
+    step.forget(hidden_);
 }
 
-void FileOutput::commit() {
-    Descriptor source(::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC));
-    if (source.get() < 0) fail(asked_, errno, temporary_);
+void FileOutput::copy_to_target() {
+    if (sink_.get() < 0) sink_ = Descriptor(::open(target_.c_str(), O_WRONLY | O_CLOEXEC));
+    if (sink_.get() < 0) fail(asked_, errno, target_);
+    std::array<char, 1 << 16> buffer;
+    for (off_t at = 0;;) {
+        const ssize_t got = ::pread(file_.get(), buffer.data(), buffer.size(), at);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) fail(asked_, errno, target_);
+        if (got == 0) break;
+        at += got;
+        const int code = write_all(sink_.get(), {buffer.data(), static_cast<std::size_t>(got)});
+        if (code != 0) fail(asked_, code, target_);
+    }
+    if (!sink_.close()) fail(asked_, errno, target_);
+}
+
+void FileOutput::commit(bool flushed) {
     if (special_) {
-        Descriptor sink(::open(target_.c_str(), O_WRONLY | O_CLOEXEC));
-        if (sink.get() < 0) fail(asked_, errno, target_);
-        std::array<char, 1 << 16> buffer;
-        for (;;) {
-            const ssize_t got = ::read(source.get(), buffer.data(), buffer.size());
-            if (got < 0 && errno == EINTR) continue;
-            if (got < 0) fail(asked_, errno, temporary_);
-            if (got == 0) break;
-            const int code = write_all(sink.get(), {buffer.data(), static_cast<std::size_t>(got)});
-            if (code != 0) fail(asked_, code, target_);
-        }
-        if (!sink.close()) fail(asked_, errno, target_);
-        return;  // the destructor removes the temporary file
+        copy_to_target();
+        return;
     }
     // A disk may report that it is full only now; and a crash after the rename must not leave an empty file.
-    if (::fsync(source.get()) != 0 && errno != EINVAL && errno != ENOSYS) fail(asked_, errno, target_);
-    if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(asked_, errno, target_);
-    temporary_.clear();
+    if (flushed && ::fsync(file_.get()) != 0 && errno != EINVAL && errno != ENOSYS)
+        fail(asked_, errno, target_);
+    const TemporaryStep step;
+    const fs::path unnamed = name_of(file_.get());
+    if (hidden_.empty() && !replaces_) {
+        if (::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, target_.c_str(), AT_SYMLINK_FOLLOW) == 0) return;
+        if (errno != EEXIST) fail(asked_, errno, target_);  // else it was made meanwhile
+    }
+    while (hidden_.empty()) {
+        fs::path name = hidden_name(folder_of(target_));
+        step.note(name);
+        if (::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+            hidden_ = std::move(name);
+            break;
+        }
+        const int code = errno;
+        step.forget(name);
+        if (code != EEXIST) fail(asked_, code, target_);
+    }
+    if (::rename(hidden_.c_str(), target_.c_str()) != 0) fail(asked_, errno, target_);
+    step.forget(hidden_);
+    hidden_.clear();
 }
 
-void write_file(const fs::path& target, std::string_view bytes, const std::string& asked) {
+void write_file(const fs::path& target, std::string_view bytes, const std::string& asked, bool flushed) {
     FileOutput output(target, asked);
-    Descriptor file(::open(output.temporary().c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC));
-    if (file.get() < 0) fail(asked, errno, output.temporary());
-    const int code = write_all(file.get(), bytes);
+    const int code = write_all(output.descriptor(), bytes);
     if (code != 0) fail(asked, code, target);
-    if (!file.close()) fail(asked, errno, target);
-    output.commit();
+    output.commit(flushed);
 }
 
 void check_output(const fs::path& target, const std::string& asked) {

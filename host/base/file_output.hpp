@@ -6,45 +6,76 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace btfield::detail {
 
-/// A file under construction. The bytes go to temporary(), a hidden name in the target's folder, and commit()
-/// renames it over the target; without commit() the destructor removes it and the target stays as it was.
+/// An open file, closed on every way out; close() reports what a destructor could not.
+class Descriptor {
+  public:
+    explicit Descriptor(int value = -1) : value_(value) {}
+    Descriptor(Descriptor&& other) noexcept : value_(std::exchange(other.value_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(value_, other.value_);
+        return *this;
+    }
+    ~Descriptor();
+    [[nodiscard]] int get() const { return value_; }
+    [[nodiscard]] bool close();
+
+  private:
+    int value_;
+};
+
+/// A file under construction. The bytes go to temporary() or descriptor(), and commit() moves them to the
+/// target; without commit() the target stays as it was and nothing is left.
+///
+/// The file has no name until then, so that nothing is left even of a process that is killed; where the file
+/// system cannot do that, it has a hidden one in the target's folder, noted for remove_temporaries().
+/// temporary() is a name under /proc that no writer can make again once the file is removed.
 ///
 /// A symbolic link as target stays a link: the file it points to is replaced. A replaced file keeps its
-/// permission bits. A character device or FIFO as target (/dev/null, /dev/stdout) is never replaced:
-/// temporary() then lies in the system's folder for temporary files and commit() copies its bytes into the
-/// target.
+/// permission bits. A character device or FIFO as target (/dev/null) is never replaced, nor is an open file
+/// of this process (/dev/stdout, /dev/fd/3), whatever it leads to: commit() copies the bytes into it.
 class FileOutput {
   public:
-    /// Creates the empty temporary file. The target's type decides nothing else: any extension is kept.
+    /// Opens the empty file. The target's type decides nothing else: any extension is kept.
     /// \param asked  first part of the messages, such as "write 'bark.png'"
+    /// \param hidden  whether the file has a hidden name in any case
     /// \throws InputError when the folder does not exist or cannot be written, or the target is a folder, a
     ///     block device, a socket or a file without write permission.
-    FileOutput(const std::filesystem::path& target, std::string asked);
+    FileOutput(const std::filesystem::path& target, std::string asked, bool hidden = false);
     ~FileOutput() noexcept;
     FileOutput(const FileOutput&) = delete;
     FileOutput& operator=(const FileOutput&) = delete;
 
-    /// Where to write; has the extension of the target.
+    /// Where to write; its extension says nothing.
     [[nodiscard]] const std::filesystem::path& temporary() const noexcept { return temporary_; }
+    /// The same file, for writing from the start.
+    [[nodiscard]] int descriptor() const noexcept { return file_.get(); }
 
-    /// Flushes the temporary file to the disk and moves it to the target. Call once, after the writer has
-    /// closed it.
-    /// \throws InputError when that fails; the temporary file is removed by the destructor.
-    void commit();
+    /// Moves the file to the target. Call once, after the writer has closed it.
+    /// \param flushed  to the disk before: a crash then never leaves an empty file
+    /// \throws InputError when that fails
+    void commit(bool flushed = true);
 
   private:
+    void open_in_memory();
+    void open_in(const std::filesystem::path& folder, bool hidden);
+    void copy_to_target();
+
     std::string asked_;
-    std::filesystem::path target_;
-    std::filesystem::path temporary_;
-    bool special_ = false;  ///< target is a device or FIFO: copied into, not replaced
+    std::filesystem::path target_, temporary_;
+    std::filesystem::path hidden_;  ///< a noted name of the file; empty where it has none
+    Descriptor file_, sink_;
+    bool special_ = false;   ///< target is copied into, not replaced
+    bool replaces_ = false;  ///< target is a file that exists
 };
 
 /// Puts the bytes into the file, completely or not at all.
 /// \throws InputError as FileOutput, and on a full disk.
-void write_file(const std::filesystem::path& target, std::string_view bytes, const std::string& asked);
+void write_file(const std::filesystem::path& target, std::string_view bytes, const std::string& asked,
+                bool flushed = true);
 
 /// Throws what FileOutput would throw for this target, and leaves nothing behind.
 void check_output(const std::filesystem::path& target, const std::string& asked);

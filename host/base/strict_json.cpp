@@ -1,5 +1,6 @@
 #include "host/base/strict_json.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <set>
@@ -27,10 +28,14 @@ class Builder {
     bool number_integer(json::number_integer_t value) { return add(value); }
     bool number_unsigned(json::number_unsigned_t value) { return add(value); }
     bool number_float(json::number_float_t value, const std::string&) { return add(value); }
-    bool string(std::string& value) { return add(std::move(value)); }
+    bool string(std::string& value) {
+        check_text(value);
+        return add(std::move(value));
+    }
     bool binary(json::binary_t& value) { return add(json::binary(std::move(value))); }
     bool start_object(std::size_t) { return open(json::object()); }
     bool key(std::string& value) {
+        check_text(value);
         if (open_.back()->contains(value)) fail("key '" + printable(value) + "' is there twice");
         key_ = std::move(value);
         return true;
@@ -42,11 +47,16 @@ class Builder {
         constexpr int out_of_range = 406;
         if (error.id == out_of_range)
             fail("a number before byte " + std::to_string(position) + " is out of range");
-        fail("the text goes wrong at byte " + std::to_string(position));
+        fail("it is damaged: the text goes wrong at byte " + std::to_string(position));
     }
 
   private:
     [[noreturn]] void fail(const std::string& found) const { throw InputError(asked_, found, remedy); }
+
+    /// JSON's reader has done it already.
+    void check_text(const std::string& value) const {
+        if (valid_utf8(value) != value) fail("it is damaged: a text is not UTF-8");
+    }
 
     template <typename Value>
     json* put(Value&& value) {
@@ -98,13 +108,13 @@ class CborScan {
             --outstanding;
             outstanding += item();
         }
-        if (left() != 0) fail(std::to_string(left()) + " bytes follow its end");
+        if (left() != 0) fail("it is damaged: " + std::to_string(left()) + " bytes follow its end");
     }
 
   private:
     [[noreturn]] void fail(const std::string& found) const { throw InputError(asked_, found, remedy); }
     [[noreturn]] void fail_truncated() const {
-        fail("the file ends early, after " + std::to_string(bytes_.size()) + " bytes");
+        fail("it is damaged: the file ends early, after " + std::to_string(bytes_.size()) + " bytes");
     }
     [[nodiscard]] std::uint64_t left() const { return bytes_.size() - position_; }
 
@@ -163,11 +173,17 @@ json parse_strictly(std::string_view bytes, const std::string& asked) {
     } else {
         const std::size_t first = bytes.find_first_not_of(" \t\r\n");
         if (first == std::string_view::npos || bytes[first] != '{') {
-            throw InputError(asked, "it does not begin like JSON or CBOR", remedy);
+            throw InputError(asked, "it is not supported: it does not begin like JSON or CBOR", remedy);
         }
         json::sax_parse(bytes.begin(), bytes.end(), &builder);
     }
     return builder.take();
+}
+
+std::string valid_utf8(const std::string& text) {
+    if (std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 128; }))
+        return text;
+    return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
 std::string printable(std::string_view text) {

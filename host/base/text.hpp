@@ -8,6 +8,12 @@
 
 namespace btfield::detail {
 
+/// "1 plane", "3 planes".
+template <typename Count>
+[[nodiscard]] std::string counted(Count count, std::string_view noun) {
+    return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
+}
+
 /// "320 x 256": width first, as everywhere where pictures are measured.
 template <typename Size>
 requires requires(const Size& size) {

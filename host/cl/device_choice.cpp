@@ -1,7 +1,9 @@
 #include "host/cl/device_choice.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <csignal>
 #include <cstdlib>
 #include <mutex>
 #include <string>
@@ -9,6 +11,7 @@
 
 #include "host/base/limits.hpp"
 #include "host/cl/device_names.hpp"
+#include "host/cl/pocl_cache.hpp"
 
 namespace btfield {
 
@@ -35,11 +38,31 @@ DeviceInfo properties_of(const cl::Device& device) {
     return info;
 }
 
+/// PoCL's compiler takes the signals of crashes from the program, whose own handlers it drops: they are put
+/// back.
+class KeptCrashSignals {
+  public:
+    KeptCrashSignals() {
+        for (std::size_t i = 0; i < signals.size(); ++i) ::sigaction(signals[i], nullptr, &before_[i]);
+    }
+    ~KeptCrashSignals() {
+        for (std::size_t i = 0; i < signals.size(); ++i) ::sigaction(signals[i], &before_[i], nullptr);
+    }
+    KeptCrashSignals(const KeptCrashSignals&) = delete;
+    KeptCrashSignals& operator=(const KeptCrashSignals&) = delete;
+
+  private:
+    static constexpr std::array signals{SIGABRT, SIGBUS, SIGSEGV, SIGILL};
+    std::array<struct sigaction, signals.size()> before_{};
+};
+
 std::vector<DeviceCandidate> candidates() {
     // Drivers set themselves up when they are first asked, and not all of them (PoCL 3.1) bear to be asked by
     // two threads at a time.
     static std::mutex asking;
     const std::lock_guard lock(asking);
+    give_pocl_a_cache();
+    const KeptCrashSignals kept;
     std::vector<DeviceCandidate> found;
     std::vector<cl::Platform> platforms;
     try {
@@ -116,7 +139,9 @@ DeviceCandidate detail::choose_device(std::string_view asked) {
     const std::vector<DeviceCandidate> all = candidates();
     if (all.empty())
         throw DeviceError("open an OpenCL device", "there is none on this machine",
-                          "install a driver, for any CPU the package pocl-opencl-icd");
+                          "install a driver, for any CPU the package pocl-opencl-icd; where it is installed, "
+                          "give it a cache: set POCL_CACHE_DIR to a folder that can be written (now '" +
+                              pocl_cache_folder().string() + "')");
     for (const DeviceCandidate& c : all)
         if (matches(c, spec)) return c;
     std::string names;

@@ -1,16 +1,15 @@
 #include "host/cl/program.hpp"
 
-#include <unistd.h>
-
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <optional>
 #include <sstream>
 
+#include "host/base/file_output.hpp"
 #include "host/cl/embedded_kernels.hpp"
+#include "host/cl/pocl_cache.hpp"
 
 namespace btfield::detail {
 
@@ -134,7 +133,7 @@ ProgramCache::Program& ProgramCache::program(std::string_view stem, std::string_
             }
             throw DeviceError(where + " on device '" + device_name_ + "' with " + all_options,
                               cl_error_name(error.err()) + ", " + first_error_line(log),
-                              "report it with the whole build log", log);
+                              pocl_cache_remedy() + ", or report it with the whole build log", log);
         }
         ++statistics_.compiled;
         store(key, built);
@@ -196,16 +195,9 @@ void ProgramCache::store(const std::string& key, const cl::Program& program) con
 
         std::error_code failed;
         std::filesystem::create_directories(folder_, failed);
-        const std::filesystem::path path = file_of(key);
-        static std::atomic<unsigned> serial{0};
-        const std::filesystem::path temporary =
-            path.string() + '.' + std::to_string(::getpid()) + '.' + std::to_string(serial++);
-        std::ofstream file(temporary, std::ios::binary);
-        file.write(text.data(), static_cast<std::streamsize>(text.size()));
-        file.close();
-        if (file) std::filesystem::rename(temporary, path, failed);
-        if (!file || failed) std::filesystem::remove(temporary, failed);
+        write_file(file_of(key), text, "keep a kernel", false);
     } catch (const cl::Error&) {
+    } catch (const InputError&) {
     }
 }
 

@@ -22,6 +22,7 @@
 #include "host/cli/output_names.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
 #include "host/compound/compound_names.hpp"
 #include "host/fit/fit_names.hpp"
 #include "host/model/model_names.hpp"
@@ -36,7 +37,7 @@ struct CompoundFitArguments {
     std::string output, labels, labels_output, device;
     ReadOptions reading;
     CompoundOptions compound;
-    bool json = false;
+    bool overwrite = false, json = false;
 };
 
 struct CompoundJob {
@@ -51,9 +52,11 @@ std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
         throw UsageError("--labels and --save-labels go with one picture");
     if (!options.labels.empty() && options.compound.clusters.regions)
         throw UsageError("--labels excludes --regions: the labels say how many there are");
-    std::vector<fs::path> others{options.output, options.labels};
-    others.insert(others.end(), options.pictures.begin(), options.pictures.end());
-    check_labels_output(options.labels_output, others);
+    RunFiles files(options.overwrite, options.json);
+    if (!options.labels.empty()) files.reads(options.labels);
+    for (const std::string& picture : options.pictures) files.reads(picture, "that is the picture");
+    check_labels_output(options.labels_output);
+    if (!options.labels_output.empty()) files.writes(options.labels_output);
     const bool folder = is_output_folder("--output", options.output, several ? "several pictures" : "");
     std::vector<CompoundJob> jobs;
     std::set<fs::path> outputs;
@@ -63,7 +66,7 @@ std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
         job.output = folder ? options.output / picture.stem().concat(".json") : fs::path(options.output);
         if (!outputs.insert(job.output).second)
             throw UsageError("two pictures would have the model '" + job.output.string() + "'");
-        check_model_output(job.output, picture);
+        files.writes_model(job.output);
         jobs.push_back(std::move(job));
     }
     return jobs;
@@ -254,13 +257,13 @@ void add_compound_fit(CLI::App& parent, Action& action) {
     command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR, PNM, WebP or HEIC")
         ->required()
         ->type_name("");
-    command
-        ->add_option(
-            "-o,--output", options->output,
-            "model file: JSON, or CBOR when the name ends in .btfm; a folder takes NAME.json of every "
-            "picture")
-        ->required()
-        ->type_name("MODEL");
+    take_dash(command
+                  ->add_option("-o,--output", options->output,
+                               "model file: JSON, or CBOR when the name ends in .btfm; - is standard output; "
+                               "a folder takes NAME.json of every picture")
+                  ->required()
+                  ->type_name("MODEL"),
+              "/dev/stdout");
     add_regions(*command, options->compound.clusters);
     add_choice(*command, "--borders", options->compound.borders,
                "what regional models describe: deviations from the conditional mean, or from regional means, "
@@ -270,6 +273,7 @@ void add_compound_fit(CLI::App& parent, Action& action) {
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
     add_reading(*command, options->reading);
     add_device(*command, options->device);
+    add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
     set_guide(*command,
               {.usual = {{"btfield compound fit bark.png -o bark.btfm"},
@@ -286,7 +290,7 @@ struct CompoundEditArguments {
     std::optional<int> region;
     std::vector<double> colour;
     std::optional<double> contrast;
-    bool json = false;
+    bool overwrite = false, json = false;
 };
 
 /// "0.2,0.5,0.1", or "#336619".
@@ -321,12 +325,13 @@ std::vector<double> parse_colour(const std::string& text) {
 }
 
 /// OTHER:J, or OTHER alone for a model without regions.
-void take_from(CompoundModel& model, int region, const std::string& from) {
+void take_from(CompoundModel& model, int region, const std::string& from, RunFiles& files) {
     const std::size_t colon = from.rfind(':');
     std::error_code error;
     const bool plain = fs::exists(from, error) || colon == std::string::npos;
     const std::string file = plain ? from : from.substr(0, colon);
     const std::variant<TextureModel, CompoundModel> other = read_any_model(file);
+    std::visit([&](const auto& read) { files.reads_model(file, read.provenance); }, other);
     if (const auto* whole = std::get_if<TextureModel>(&other)) {
         if (!plain)
             throw InputError("take region " + from.substr(colon + 1) + " from '" + file + "'",
@@ -355,12 +360,15 @@ void run_edit(const CompoundEditArguments& options) {
         throw UsageError("--from and --colour need --region");
     if (options.from.empty() && options.colour.empty() && !options.contrast)
         throw UsageError("nothing to edit: give --from, --colour or --contrast");
-    check_model_output(options.output);
     CompoundModel model = read_compound(options.model);
-    if (!options.from.empty()) take_from(model, *options.region, options.from);
+    RunFiles files(options.overwrite, options.json);
+    files.reads_model(options.model, model.provenance);
+    if (!options.from.empty()) take_from(model, *options.region, options.from, files);
+    files.writes_model(options.output);
     if (!options.colour.empty()) {
         check_units(model, options.colour);
         recolour(model, *options.region, options.colour);
+        model.provenance.limits.clear();  // they were those of the picture's colours
     }
     if (options.contrast) {
         const int regions = static_cast<int>(model.regions.size());
@@ -372,14 +380,20 @@ void run_edit(const CompoundEditArguments& options) {
     if (options.json)
         emit_json(compound_json(model, options.output, bytes));
     else
-        emit_text(compound_text(model, bytes) + "wrote " + options.output + "\n");
+        emit_result(compound_text(model, bytes) + "wrote " + options.output + "\n");
 }
 
 void add_compound_edit(CLI::App& parent, Action& action) {
     CLI::App* command = parent.add_subcommand("edit", "change regions of a compound model");
     const auto options = std::make_shared<CompoundEditArguments>();
-    command->add_option("MODEL", options->model, "compound model")->required()->type_name("");
-    command->add_option("-o,--output", options->output, "edited model")->required()->type_name("MODEL");
+    take_dash(command->add_option("MODEL", options->model, "compound model; - is standard input")
+                  ->required()
+                  ->type_name(""),
+              "/dev/stdin");
+    take_dash(command->add_option("-o,--output", options->output, "edited model; - is standard output")
+                  ->required()
+                  ->type_name("MODEL"),
+              "/dev/stdout");
     add_int(*command, "--region", options->region, 0, most_regions - 1,
             "region to change, as info numbers them (default with --contrast: all)");
     command
@@ -393,6 +407,7 @@ void add_compound_edit(CLI::App& parent, Action& action) {
             "mean colour, in values of the picture or as #rrggbb")
         ->type_name("R,G,B");
     add_positive(*command, "--contrast", options->contrast, "multiply deviations from the mean colour");
+    add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
     set_guide(*command,
               {.usual = {{"btfield compound edit bark.btfm -o red.btfm --region 0 --colour .6,.2,.1"},

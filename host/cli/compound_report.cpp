@@ -89,12 +89,12 @@ Json compound_json(const CompoundModel& model, const std::filesystem::path& path
 
 std::string compound_text(const CompoundModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
-                       std::to_string(model.planes) + (model.planes == 1 ? " plane" : " planes") + " of " +
+                       detail::counted(model.planes, "plane") + " of " +
                        std::string(name(model.provenance.type));
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
-    text += "\n" + names_text(model.names) + "compound, " + std::to_string(model.regions.size()) +
-            (model.regions.size() == 1 ? " region" : " regions") + ", " + std::string(name(model.borders)) +
-            " borders; labels explain " + number_text(100.0 * model.explained) + " % of the variance\n";
+    text += "\n" + names_text(model.names) + "compound, " + detail::counted(model.regions.size(), "region") +
+            ", " + std::string(name(model.borders)) + " borders; labels explain " +
+            number_text(100.0 * model.explained) + " % of the variance\n";
     for (const std::string& reason : model.provenance.reasons) text += reason + "\n";
     std::vector<std::vector<std::string>> rows{
         {"region", "share %", "pixels", "model", "levels", "contrast", "certificate", "colour"}};

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -18,9 +17,11 @@
 #include "host/base/text_table.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/ending.hpp"
 #include "host/cli/mpi_ranks.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
 #include "host/criteria/metric_names.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/fit/fit_names.hpp"
@@ -35,31 +36,6 @@ struct RunOptions {
     std::optional<int> jobs;
     ExperimentRunOptions run;
     bool json = false;
-};
-
-// A lock-free atomic is what a signal handler may write.
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-/// The first signal ends the run after the fits under way; a second one ends the process.
-class Interruption {
-  public:
-    Interruption() {
-        for (const int signal : signals) std::signal(signal, &on_signal);
-    }
-    ~Interruption() {
-        for (const int signal : signals) std::signal(signal, SIG_DFL);
-    }
-    Interruption(const Interruption&) = delete;
-    Interruption& operator=(const Interruption&) = delete;
-
-  private:
-    // SIGUSR1 is what mpirun passes on to its ranks, and what batch systems send before the time is over.
-    static constexpr int signals[] = {SIGINT, SIGTERM, SIGUSR1};
-    static void on_signal(int signal) {
-        interrupted = true;
-        std::signal(signal, SIG_DFL);
-    }
 };
 
 std::string clock_text(double seconds) {
@@ -153,13 +129,15 @@ std::string resume_text(const RunOptions& options) {
 
 void run(const RunOptions& options) {
     const std::unique_ptr<ExperimentRanks> ranks = open_ranks();
-    const Interruption interruption;
+    std::atomic<bool> interrupted{false};
+    // SIGUSR1 is what mpirun passes on to its ranks, and what batch systems send before the time is over.
+    const Interruption interruption([&] { interrupted = true; });
     ExperimentRunOptions run_options = options.run;
     run_options.device = options.device;
     run_options.jobs = options.jobs.value_or(0);
     run_options.textures = options.textures;
     run_options.ranks = ranks.get();
-    run_options.stop = [] { return interrupted.load(); };
+    run_options.stop = [&] { return interrupted.load(); };
     if (ranks && ranks->rank() > 0) {
         run_experiment({}, options.database, run_options);
         return;
@@ -407,7 +385,7 @@ void add_merge(CLI::App& parent, Action& action) {
             if (options->json) {
                 emit_json(result_json(result));
             } else {
-                emit_text("wrote " + options->output + ": " + result_text(result));
+                emit_result("wrote " + options->output + ": " + result_text(result));
             }
         };
     });
@@ -417,7 +395,7 @@ struct ReportOptions {
     std::string database, page;
     ExperimentTableOptions tables;
     int pictures = 24;
-    bool json = false;
+    bool overwrite = false, json = false;
 };
 
 void add_report(CLI::App& parent, Action& action) {
@@ -432,11 +410,15 @@ void add_report(CLI::App& parent, Action& action) {
     add_int(*command, "--pictures", options->pictures, 0, 100000,
             "pictures that are shown one by one at most (default: 24)");
     add_table_options(*command, options->tables);
+    add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
     set_guide(*command, {.usual = {{"btfield experiment report sand.db --out sand.html"}},
                          .notes = {"Textures are shown where 'experiment run --synth-out' has kept them."}});
     command->callback([options, &action] {
         action = [options] {
+            RunFiles files(options->overwrite, options->json);
+            files.reads(options->database, "that is the database");
+            files.writes_text(options->page);
             write_experiment_report(options->database, options->page, options->pictures, options->tables);
             warn_of_others(options->database, options->tables, experiment_contents(options->database));
             if (options->json) {
@@ -444,7 +426,7 @@ void add_report(CLI::App& parent, Action& action) {
                 object["output"] = options->page;
                 emit_json(object);
             } else {
-                emit_text("wrote " + options->page + "\n");
+                emit_result("wrote " + options->page + "\n");
             }
         };
     });

@@ -10,19 +10,19 @@
 #include <set>
 #include <span>
 
-#include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
-#include "btfield/synthesis.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/fit_verdict.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
 #include "host/cli/selection_options.hpp"
 #include "host/fit/fit_names.hpp"
 #include "host/model/model_names.hpp"
@@ -37,13 +37,14 @@ struct FitArguments {
     std::string output, all, device;
     ReadOptions reading;
     FitOptions fit;
-    bool json = false;
+    bool overwrite = false, json = false;
 };
 
 struct FitJob {
     fs::path picture, output;
     ModelKind kind = ModelKind::car3d;
     TextureModel model;
+    std::string verdict;
     double read = 0.0, analysis = 0.0, fit = 0.0, total = 0.0;
 };
 
@@ -68,6 +69,8 @@ std::vector<FitJob> plan(const FitArguments& options) {
     const std::vector<ModelKind> one{options.fit.model};
     const std::span<const ModelKind> kinds = all ? model_kinds() : std::span<const ModelKind>(one);
     std::vector<FitJob> jobs;
+    RunFiles files(options.overwrite, options.json);
+    for (const std::string& picture : options.pictures) files.reads(picture, "that is the picture");
     std::set<fs::path> outputs;
     for (const fs::path picture : options.pictures) {
         for (const ModelKind kind : kinds) {
@@ -79,25 +82,19 @@ std::vector<FitJob> plan(const FitArguments& options) {
             if (!outputs.insert(job.output).second) {
                 throw UsageError("two pictures would have the model " + quoted(job.output));
             }
-            check_model_output(job.output, picture);
+            files.writes_model(job.output);
             jobs.push_back(std::move(job));
         }
     }
     return jobs;
 }
 
-/// Textures of random fields are this far from pictures without shapes at most (docs/selection.md).
-constexpr double noticeable_structure = 0.07;
-
-/// What the chosen model loses, where that shows: see docs/selection.md. Nothing of a model that cannot be
-/// grown.
-std::string structure_reason(Device& device, const Image& image, const TextureModel& model) {
-    if (!is_valid(model)) return {};
-    const Image texture = Synthesiser(device, model, image.size()).synthesise(0);
-    const double distance = structure_distance(image, texture);
-    if (!(distance > noticeable_structure)) return {};
-    return "structure_distance " + number_text(distance) +
-           " from the picture to a texture of this model, above " + number_text(noticeable_structure) +
+/// What the chosen model loses, where that shows.
+std::string structure_reason(const FitVerdict& verdict) {
+    if (!verdict.loses_shapes()) return {};
+    return "structure_distance " + number_text(verdict.structure_distance) +
+           " from the picture to a texture of this model, above " +
+           number_text(FitVerdict::noticeable_structure) +
            ": shapes are lost; btfield compound fit or btfield roll keep them";
 }
 
@@ -134,9 +131,13 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     for (std::size_t k = 0; k < jobs.size(); ++k) {
         jobs[k].model = std::move(models[k]);
         std::vector<std::string> reasons = std::move(jobs[k].model.provenance.reasons);
-        if (options.fit.choose_model) {
-            const std::string structure = structure_reason(device, picture.image, jobs[k].model);
-            if (!structure.empty()) reasons.push_back(structure);
+        // Nothing of a model that cannot be grown, and no sentences about ten models of a picture.
+        const bool told = !options.json && options.all.empty();
+        if ((options.fit.choose_model || told) && is_valid(jobs[k].model)) {
+            const FitVerdict verdict = judge(device, picture.image, jobs[k].model);
+            const std::string structure = structure_reason(verdict);
+            if (options.fit.choose_model && !structure.empty()) reasons.push_back(structure);
+            if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, path.string());
         }
         jobs[k].model.provenance = provenance_of(path, picture);
         jobs[k].model.provenance.reasons = reasons;
@@ -157,7 +158,7 @@ Json job_json(const FitJob& job, std::uintmax_t bytes) {
 std::string job_text(const FitJob& job, std::uintmax_t bytes) {
     return model_text(job.model, bytes) + "wrote " + job.output.string() + " (read " +
            seconds_text(job.read) + ", analysis " + seconds_text(job.analysis) + ", fit " +
-           seconds_text(job.fit) + ", total " + seconds_text(job.total) + ")\n";
+           seconds_text(job.fit) + ", total " + seconds_text(job.total) + ")\n" + job.verdict;
 }
 
 void run(const FitArguments& options) {
@@ -207,11 +208,12 @@ void add_fit(CLI::App& app, Action& action) {
     command->add_option("IMAGE", options->pictures, "picture: PNG, JPEG, TIFF, EXR, HDR, PNM, WebP or HEIC")
         ->required()
         ->type_name("");
-    command
-        ->add_option("-o,--output", options->output,
-                     "model file: JSON, or CBOR when the name ends in .btfm; a folder takes NAME.json of "
-                     "every picture")
-        ->type_name("MODEL");
+    take_dash(command
+                  ->add_option("-o,--output", options->output,
+                               "model file: JSON, or CBOR when the name ends in .btfm; - is standard output; "
+                               "a folder takes NAME.json of every picture")
+                  ->type_name("MODEL"),
+              "/dev/stdout");
     command
         ->add_option("--all", options->all,
                      "instead of --output: fit all ten models, written as NAME-MODEL.json into this folder")
@@ -238,6 +240,7 @@ void add_fit(CLI::App& app, Action& action) {
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
     add_reading(*command, options->reading);
     add_device(*command, options->device);
+    add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
     set_guide(*command,
               {.usual = {{"btfield fit cork.png -o cork.json"},

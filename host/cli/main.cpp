@@ -7,16 +7,22 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <new>
 #include <sstream>
+#include <string>
+#include <system_error>
 
 #include "btfield/error.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/ending.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_names.hpp"
 #include "host/cli/report.hpp"
 
 namespace {
@@ -51,6 +57,18 @@ void ignore_write_signals() {
     std::signal(SIGXFSZ, SIG_IGN);
 }
 
+/// What the user of a word that is no command may have meant; empty where nothing suggests itself.
+std::string suggestion(const std::string& word) {
+    if (word == "version") return "'btfield --version'";
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(word, error)) return {};
+    const std::filesystem::path path(word);
+    const std::string extension = path.extension().string(), stem = path.stem().string();
+    if (extension == ".json" || extension == ".btfm")
+        return "'btfield synth " + word + " -o " + stem + ".png'";
+    return "'btfield fit " + word + " -o " + stem + ".json'";
+}
+
 int wrong(const CLI::App& app, const std::string& text) {
     const CLI::App* command = &app;
     std::string name;  // "experiment run"
@@ -64,6 +82,8 @@ int wrong(const CLI::App& app, const std::string& text) {
         const bool option = unknown.front().rfind('-', 0) == 0;
         found = "'" + unknown.front() + "' is no " + (option ? "option" : "command") +
                 (name.empty() ? "" : " of " + name);
+        const std::string meant = name.empty() && !option ? suggestion(unknown.front()) : "";
+        if (!meant.empty()) found += ", did you mean " + meant + "?";
     }
     return fail(wrong_usage, (name.empty() ? "command line" : name) + ": " + found + "; see 'btfield " +
                                  name + (name.empty() ? "" : " ") + "--help'");
@@ -90,8 +110,13 @@ int device_failure(const btfield::DeviceError& error, bool verbose) {
 void describe(CLI::App& app, cli::Action& action, bool& verbose) {
     app.formatter(std::make_shared<cli::HelpFormatter>());
     app.set_help_flag("-h,--help", "print this text");
-    app.set_version_flag("--version", "btfield " BTFIELD_VERSION, "print the version")->group(cli::general);
+    app.set_version_flag("-V,--version", "btfield " BTFIELD_VERSION, "print the version")
+        ->group(cli::general);
     app.add_flag("--verbose", verbose, "show the build log when a kernel does not compile")
+        ->group(cli::general);
+    app.add_flag_function(
+           "-q,--quiet", [](std::int64_t) { cli::be_quiet(); },
+           "no texts about files that were written, no progress; errors and warnings remain")
         ->group(cli::general);
     cli::add_limits(app);
     app.require_subcommand(1);
@@ -166,5 +191,9 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
     occupy_standard_streams();
     ignore_write_signals();
-    return run(argc, argv);
+    cli::watch_signals();
+    cli::explain_crashes();
+    const int code = run(argc, argv);
+    if (code != done) cli::remove_empty_output_folders();
+    return code;
 }

@@ -10,12 +10,14 @@
 #include <vector>
 
 #include "btfield/image_io.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/error_map.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
 #include "host/criteria/metric_names.hpp"
 
 namespace btfield::cli {
@@ -26,7 +28,7 @@ struct MemdArguments {
     Metric metric = Metric::max;
     std::optional<double> white;
     ReadOptions reading;
-    bool both = false;
+    bool both = false, overwrite = false;
     bool json = false;
 };
 
@@ -62,8 +64,9 @@ void report_text(const MemdArguments& options, const MemdOptions& used, bool hdr
                  const std::optional<Memd>& back) {
     std::string text = value_text("MEMD(A, B)", forward);
     if (back) text += value_text("MEMD(B, A)", *back);
-    text += "metric " + std::string(name(options.metric)) + ", " + std::to_string(forward.pixels[0]) +
-            " pixels of A, " + std::to_string(forward.pixels[1]) + " of B, searched in " +
+    text += "metric " + std::string(name(options.metric)) + ", " +
+            detail::counted(forward.pixels[0], "pixel") + " of A, " + std::to_string(forward.pixels[1]) +
+            " of B, searched in " +
             seconds_text(forward.search_seconds + (back ? back->search_seconds : 0.0)) + "\n";
     if (hdr)
         text += "white level " + number_text(used.white[0]) + " in A, " + number_text(used.white[1]) +
@@ -73,7 +76,13 @@ void report_text(const MemdArguments& options, const MemdOptions& used, bool hdr
 
 void run(const MemdArguments& options) {
     const Stopwatch total;
-    if (!options.map.empty()) check_error_map(options.map);
+    if (!options.map.empty()) {
+        RunFiles files(options.overwrite, options.json);
+        files.reads(options.a);
+        files.reads(options.b);
+        files.writes(options.map);
+        check_error_map(options.map);
+    }
     const Picture a = read_told(options.a, options.reading), b = read_told(options.b, options.reading);
     warn_of_unlike_spaces(options.a, a.image, options.b, b.image);
     MemdOptions used;
@@ -120,6 +129,7 @@ void add_memd(CLI::App& app, Action& action) {
         ->type_name("FILE");
     add_reading(*command, options->reading);
     add_device(*command, options->device);
+    add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
     set_guide(*command,
               {.usual = {{"btfield memd cork.png cork-4x.png"}},

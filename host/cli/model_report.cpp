@@ -91,7 +91,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
 
 std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
-                       std::to_string(model.planes) + (model.planes == 1 ? " plane" : " planes") + " of " +
+                       detail::counted(model.planes, "plane") + " of " +
                        std::string(name(model.provenance.type));
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
     text += "\n" + names_text(model.names) + std::string(name(model.kind)) + ", " +

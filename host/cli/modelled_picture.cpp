@@ -1,40 +1,12 @@
 #include "host/cli/modelled_picture.hpp"
 
+#include <algorithm>
 #include <cstdint>
-#include <set>
 #include <string>
-#include <system_error>
-
-#include "btfield/error.hpp"
-#include "btfield/model_file.hpp"
-#include "host/cli/output_names.hpp"
+#include <utility>
+#include <vector>
 
 namespace btfield::cli {
-namespace {
-
-/// A model under a picture's name is a slip of the hand, and would replace a picture of that name.
-bool is_picture_name(const std::filesystem::path& path) {
-    static const std::set<std::string> extensions{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr",
-                                                  ".hdr", ".pgm", ".ppm",  ".pnm", ".bmp",  ".gif"};
-    return extensions.contains(lower_extension(path));
-}
-
-}  // namespace
-
-void check_model_output(const std::filesystem::path& output) {
-    if (is_picture_name(output))
-        throw InputError("write the model '" + output.string() + "'", "that is the name of a picture",
-                         "end the name in .json or .btfm");
-    check_model_writable(output);
-}
-
-void check_model_output(const std::filesystem::path& output, const std::filesystem::path& picture) {
-    std::error_code error;
-    if (std::filesystem::equivalent(output, picture, error))
-        throw InputError("write the model '" + output.string() + "'", "that is the picture",
-                         "give the model a name of its own");
-    check_model_output(output);
-}
 
 Provenance provenance_of(const std::filesystem::path& path, const Picture& picture) {
     Provenance result;
@@ -44,6 +16,9 @@ Provenance provenance_of(const std::filesystem::path& path, const Picture& pictu
                            static_cast<std::uint64_t>(bytes_per_value(picture.type));
     result.software = "btfield " BTFIELD_VERSION;
     result.chromaticities = picture.chromaticities;
+    std::vector<PlaneLimits> limits = plane_limits(picture.image);
+    const auto reached = [](PlaneLimits own) { return own.low || own.high; };
+    if (std::ranges::any_of(limits, reached)) result.limits = std::move(limits);
     return result;
 }
 

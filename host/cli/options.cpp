@@ -79,6 +79,8 @@ std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t
 }
 
 std::optional<Size> parse_size(const std::string& text) {
+    if (const auto side = parse_number(text, 1, largest_side))
+        return Size{static_cast<int>(*side), static_cast<int>(*side)};
     const auto numbers = parse_numbers<2>(text, 'x', {1, 1});
     if (!numbers) return std::nullopt;
     return Size{(*numbers)[1], (*numbers)[0]};
@@ -88,6 +90,22 @@ std::optional<Crop> parse_crop(const std::string& text) {
     const auto numbers = parse_numbers<4>(text, ',', {0, 0, 1, 1});
     if (!numbers) return std::nullopt;
     return Crop{(*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]};
+}
+
+std::optional<Offset> parse_offset(const std::string& text) {
+    Offset offset;
+    const char* const end = text.data() + text.size();
+    const auto [comma, error] = std::from_chars(text.data(), end, offset.column);
+    if (error != std::errc{} || comma == end || *comma != ',') return std::nullopt;
+    const auto [stop, second] = std::from_chars(comma + 1, end, offset.row);
+    if (second != std::errc{} || stop != end) return std::nullopt;
+    return offset;
+}
+
+CLI::Option* add_offset(CLI::App& app, const std::string& name, std::optional<Offset>& value,
+                        const std::string& help) {
+    return add_parsed(app, name, value, help, parse_offset, "X,Y in whole pixels, such as 512,-256")
+        ->type_name("X,Y");
 }
 
 CLI::Option* add_int(CLI::App& app, const std::string& name, int& value, int lowest, int highest,
@@ -112,7 +130,8 @@ CLI::Option* add_uint64(CLI::App& app, const std::string& name, std::uint64_t& v
 CLI::Option* add_size(CLI::App& app, const std::string& name, std::optional<Size>& value,
                       const std::string& help) {
     return add_parsed(app, name, value, help, parse_size,
-                      "WIDTHxHEIGHT, such as 512x256, with sides from 1 to " + std::to_string(largest_side))
+                      "WIDTHxHEIGHT, such as 512x256, or one side of a square, with sides from 1 to " +
+                          std::to_string(largest_side))
         ->type_name("WxH");
 }
 
@@ -179,6 +198,17 @@ void add_limits(CLI::App& app) {
                                          "$BTFIELD_MEMORY, else 70 % of a CPU device's, 90 % of another's)")
         ->type_name("BYTES")
         ->group(general);
+}
+
+CLI::Option* add_overwrite(CLI::App& app, bool& overwrite) {
+    return app
+        .add_flag("--overwrite", overwrite,
+                  "write even where that replaces a file that is read, or the picture of a model")
+        ->group(general);
+}
+
+void take_dash(CLI::Option* option, const std::string& stream) {
+    option->transform([stream](const std::string& text) { return text == "-" ? stream : text; });
 }
 
 CLI::Option* add_json(CLI::App& app, bool& json) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "btfield/image_io.hpp"
+#include "btfield/neighbourhood.hpp"
 #include "host/base/names.hpp"
 
 namespace btfield::cli {
@@ -17,12 +18,17 @@ namespace btfield::cli {
 [[nodiscard]] std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t lowest,
                                                         std::uint64_t highest);
 
-/// "512x256", width first.
+/// "512x256", width first; "512" is 512 × 512.
 [[nodiscard]] std::optional<Size> parse_size(const std::string& text);
 
 /// "X,Y,W,H".
 [[nodiscard]] std::optional<Crop> parse_crop(const std::string& text);
 
+/// "X,Y", whole numbers of any sign.
+[[nodiscard]] std::optional<Offset> parse_offset(const std::string& text);
+
+CLI::Option* add_offset(CLI::App& app, const std::string& name, std::optional<Offset>& value,
+                        const std::string& help);
 CLI::Option* add_int(CLI::App& app, const std::string& name, int& value, int lowest, int highest,
                      const std::string& help);
 /// As add_int, and says whether the option was there.
@@ -49,6 +55,10 @@ CLI::Option* add_device(CLI::App& app, std::string& spec);
 /// --threads and --memory: what they say, the environment says from then on, and with it the library.
 void add_limits(CLI::App& app);
 CLI::Option* add_json(CLI::App& app, bool& json);
+/// --overwrite: see RunFiles.
+CLI::Option* add_overwrite(CLI::App& app, bool& overwrite);
+/// Takes "-" for standard input or output.
+void take_dash(CLI::Option* option, const std::string& stream);
 
 /// One of the enumeration's words.
 template <typename Value>

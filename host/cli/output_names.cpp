@@ -1,11 +1,33 @@
 #include "host/cli/output_names.hpp"
 
 #include <system_error>
+#include <vector>
 
+#include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "host/cli/command.hpp"
 
 namespace btfield::cli {
+namespace {
+
+std::vector<std::filesystem::path> made_folders;  // of this run, those inside others last
+
+/// With those that it lies in.
+void make_folder(const std::string& option, const std::filesystem::path& folder) {
+    std::error_code error;
+    if (folder.empty() || std::filesystem::is_directory(folder, error)) return;
+    if (folder.has_filename()) {
+        if (folder.parent_path() != folder) make_folder(option, folder.parent_path());
+        if (!std::filesystem::create_directory(folder, error) || error)
+            throw InputError("make the folder '" + folder.string() + "' of " + option, error.message(),
+                             "choose a place that you may write to");
+        made_folders.push_back(folder);
+    } else {
+        make_folder(option, folder.parent_path());  // the name ends in '/'
+    }
+}
+
+}  // namespace
 
 std::string lower_extension(const std::filesystem::path& path) {
     std::string extension = path.extension().string();
@@ -27,19 +49,25 @@ bool is_output_folder(const std::string& option, const std::string& output, cons
     std::error_code error;
     if (std::filesystem::is_directory(output, error)) return true;
     if (several.empty() && !output.ends_with('/')) return false;
-    throw UsageError(option + ": '" + output + "' is no folder" +
-                     (several.empty() ? "" : ", as " + several + " need") + "; make one of that name");
+    const bool file_name = !output.ends_with('/') && std::filesystem::path(output).has_extension();
+    if (file_name || std::filesystem::exists(output, error))
+        throw UsageError(option + ": '" + output + "' is no folder" +
+                         (several.empty() ? "" : ", as " + several + " need"));
+    make_folder(option, std::filesystem::absolute(output).lexically_normal());
+    return true;
 }
 
-void check_labels_output(const std::filesystem::path& labels, std::span<const std::filesystem::path> others) {
+void remove_empty_output_folders() noexcept {
+    std::error_code error;
+    for (; !made_folders.empty(); made_folders.pop_back())
+        std::filesystem::remove(made_folders.back(), error);
+}
+
+void check_labels_output(const std::filesystem::path& labels) {
     if (labels.empty()) return;
     if (lower_extension(labels) != ".png")
         throw UsageError("--save-labels: '" + labels.string() + "' does not end in .png");
     check_writable(labels, 3, PixelType::uint8);
-    std::error_code error;
-    for (const std::filesystem::path& other : others)
-        if (labels == other || std::filesystem::equivalent(labels, other, error))
-            throw UsageError("--save-labels: '" + labels.string() + "' is read or written already");
 }
 
 }  // namespace btfield::cli

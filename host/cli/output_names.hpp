@@ -4,7 +4,6 @@
 /// Names of pictures and of outputs.
 
 #include <filesystem>
-#include <span>
 #include <string>
 
 namespace btfield::cli {
@@ -15,17 +14,22 @@ namespace btfield::cli {
 /// "out.png" becomes "out-07.png" for picture 7 of 12: names sort as the numbers do.
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& path, int index, int count);
 
-/// Whether the output is a folder to write into.
+/// Whether the output is a folder to write into. One that has to be there, for what needs it or because the
+/// name ends in '/', is made.
 /// \param option named in the message
 /// \param several what needs a folder, such as "several pictures"; empty where a file will do
-/// \throws UsageError when it has to be one, for that or because its name ends in '/', and is none
+/// \throws UsageError when something else has its name, or the name is that of a file: it ends in an
+///     extension
+/// \throws InputError when it cannot be made
 [[nodiscard]] bool is_output_folder(const std::string& option, const std::string& output,
                                     const std::string& several = {});
 
-/// Refuses a label picture that has no name of its own, or none that ends in .png; empty: there is none.
-/// \param others files that are read or written
+/// Of those that this run has made: for a run that failed.
+void remove_empty_output_folders() noexcept;
+
+/// Refuses a label picture whose name does not end in .png; empty: there is none.
 /// \throws UsageError
 /// \throws InputError when it cannot be written
-void check_labels_output(const std::filesystem::path& labels, std::span<const std::filesystem::path> others);
+void check_labels_output(const std::filesystem::path& labels);
 
 }  // namespace btfield::cli

@@ -64,11 +64,13 @@ Picture read_told(const std::filesystem::path& path, const ReadOptions& options)
 }
 
 WriteOptions write_options(const Provenance& provenance, const WritingArguments& arguments) {
-    return {provenance.type, arguments.type, arguments.keep_values, provenance.chromaticities};
+    return {provenance.type, arguments.type, arguments.keep_values, provenance.chromaticities,
+            provenance.limits};
 }
 
 WriteOptions write_options(const Picture& picture, const WritingArguments& arguments) {
-    return {picture.type, arguments.type, arguments.keep_values, picture.chromaticities};
+    return {picture.type, arguments.type, arguments.keep_values, picture.chromaticities,
+            plane_limits(picture.image)};
 }
 
 void WrittenRemarks::add(const std::filesystem::path& path, const WriteReport& report) {

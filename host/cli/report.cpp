@@ -14,6 +14,9 @@
 namespace btfield::cli {
 namespace {
 
+bool quiet = false;  // set before any work begins
+std::FILE* report_stream = stdout;
+
 template <typename... Arguments>
 std::string formatted(const char* format, Arguments... arguments) {
     std::array<char, 64> buffer{};
@@ -23,10 +26,14 @@ std::string formatted(const char* format, Arguments... arguments) {
 
 }  // namespace
 
+void report_to_standard_error() {
+    report_stream = stderr;
+}
+
 void emit_text(std::string_view text) {
     errno = 0;
-    const bool written =
-        std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+    const bool written = std::fwrite(text.data(), 1, text.size(), report_stream) == text.size() &&
+                         std::fflush(report_stream) == 0;
     if (!written) {
         throw InputError("print the result", "standard output: " + std::generic_category().message(errno),
                          "give the command an output that stays open");
@@ -37,11 +44,23 @@ void emit_json(const Json& object) {
     emit_text(object.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-void emit_results(bool json, const Json& objects, const std::string& key, std::string_view text) {
+void emit_answers(bool json, const Json& objects, const std::string& key, std::string_view text) {
     if (!json)
         emit_text(text);
     else
         emit_json(objects.size() == 1 ? objects.front() : Json{{key, objects}});
+}
+
+void be_quiet() {
+    quiet = true;
+}
+
+void emit_result(std::string_view text) {
+    if (!quiet) emit_text(text);
+}
+
+void emit_results(bool json, const Json& objects, const std::string& key, std::string_view text) {
+    if (json || !quiet) emit_answers(json, objects, key, text);
 }
 
 void warn(const std::string& text) {
@@ -65,7 +84,7 @@ std::string seconds_text(double seconds) {
     return formatted("%.3f s", seconds);
 }
 
-Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress() : terminal_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
     if (shown_) std::fputs("\r\x1b[K", stderr);

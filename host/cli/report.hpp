@@ -25,12 +25,22 @@ void emit_text(std::string_view text);
 /// The object as one line of standard output.
 void emit_json(const Json& object);
 
-/// Results of one or several inputs: the text, or as JSON the only object or all of them as a list under
+/// Answers about one or several inputs: the text, or as JSON the only object or all of them as a list under
 /// `key`.
+void emit_answers(bool json, const Json& objects, const std::string& key, std::string_view text);
+/// The same of commands whose result is a file: their texts are left out after be_quiet().
 void emit_results(bool json, const Json& objects, const std::string& key, std::string_view text);
+
+/// The text of one such result.
+void emit_result(std::string_view text);
+/// From here on no texts about files that were written, and no progress.
+void be_quiet();
 
 /// "btfield: warning: ..." on standard error.
 void warn(const std::string& text);
+
+/// From here on emit_text() writes to standard error: standard output is taken.
+void report_to_standard_error();
 
 /// NaN and infinity are null.
 [[nodiscard]] Json number(double value);

@@ -17,6 +17,7 @@
 #include "host/cli/output_names.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -28,7 +29,7 @@ struct RollArguments {
     std::string output, device;
     std::optional<Size> size;
     std::optional<int> tiles;
-    bool tile = false, json = false;
+    bool tile = false, overwrite = false, json = false;
     RollerOptions roller;
     ReadOptions reading;
     WritingArguments writing;
@@ -103,13 +104,11 @@ std::vector<RollJob> plan(const RollArguments& options) {
         }
         jobs.push_back(std::move(job));
     }
-    std::error_code error;
+    RunFiles read(options.overwrite, options.json);
+    for (const RollJob& job : jobs) read.reads(job.file, "it is one of the pictures to be rolled");
     for (const RollJob& job : jobs)
         for (const fs::path& output : job.outputs) {
-            for (const RollJob& other : jobs)
-                if (fs::equivalent(output, other.file, error))
-                    throw InputError("write '" + output.string() + "'",
-                                     "it is one of the pictures to be rolled", "name another output");
+            read.writes(output);
             check_writable(output, job.picture.image.planes(), job.picture.type, options.writing.type);
         }
     return jobs;
@@ -192,7 +191,7 @@ void report_text(const RollArguments& options, const std::vector<RollJob>& jobs,
                 number_text(100.0 * cost) + " % of the variance\n";
     text += "read " + seconds_text(seconds.read) + ", roll " + seconds_text(seconds.roll) + ", write " +
             seconds_text(seconds.write) + ", total " + seconds_text(seconds.total) + "\n";
-    emit_text(text);
+    emit_result(text);
 }
 
 void run(RollArguments options) {
@@ -229,8 +228,8 @@ void run(RollArguments options) {
     seconds.total = total.seconds();
 
     if (clamped > 0)
-        warn(std::to_string(clamped) +
-             " pixels had values that their format cannot hold and were clamped; EXR and "
+        warn(detail::counted(clamped, "pixel") +
+             " had values that their format cannot hold and were clamped; EXR and "
              "float TIFF keep them");
     double cost = 0.0, seam = 0.0;
     for (const SourceMap& map : maps) {
@@ -281,6 +280,7 @@ void add_roll(CLI::App& app, Action& action) {
     add_reading(*command, options->reading);
     add_writing(*command, options->writing, false);
     add_device(*command, options->device);
+    add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
     set_guide(
         *command,

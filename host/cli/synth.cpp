@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -22,6 +21,7 @@
 #include "host/cli/output_names.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
 #include "host/synthesis/synthesis_names.hpp"
 
 namespace btfield::cli {
@@ -32,12 +32,13 @@ namespace fs = std::filesystem;
 struct SynthArguments {
     std::vector<std::string> models;
     std::string output, control, labels_output, device;
-    std::optional<Size> size;
+    std::optional<Size> size, period;
+    std::optional<Offset> offset;
     std::uint64_t seed = 0;
     std::optional<int> count;
     SynthesisOptions synthesis;
     WritingArguments writing;
-    bool profile = false, json = false;
+    bool profile = false, overwrite = false, json = false;
 };
 
 /// One model's textures.
@@ -45,6 +46,8 @@ struct SynthJob {
     std::string file;
     std::variant<TextureModel, CompoundModel> model;
     Size size;
+    Size plane;  ///< that is grown; larger where textures are windows of it
+    std::optional<Offset> offset;
     std::vector<fs::path> outputs, labels_outputs;
     std::optional<ControlField> control;
     std::vector<double> shares;  ///< of a compound model's regions, summed over textures
@@ -91,14 +94,15 @@ void set_model(const SynthArguments& options, SynthJob& job, CompoundModel model
             "leave out --method");
     if (!options.control.empty()) {
         job.control = read_labels(options.control, palette(model));
-        if (options.size && job.control->size != *options.size)
+        if (!options.offset && options.size && job.control->size != *options.size)
             throw InputError(
                 "synthesise " + detail::compact_text_of(*options.size) + " on '" + options.control + "'",
                 "the labels are " + detail::text_of(job.control->size),
                 "leave out --size, or give labels of that size");
     }
-    job.size = job.control ? job.control->size : options.size.value_or(model.size);
-    check_synthesis(model, job.size, options.synthesis.allow_invalid);
+    job.size = options.size.value_or(job.control ? job.control->size : model.size);
+    job.plane = job.control ? job.control->size : options.period.value_or(job.size);
+    check_synthesis(model, job.plane, options.synthesis.allow_invalid);
     job.model = std::move(model);
 }
 
@@ -107,7 +111,8 @@ void set_model(const SynthArguments& options, SynthJob& job, TextureModel model)
         throw InputError("synthesise '" + job.file + "' with labels", "it is a model without regions",
                          "give a model of 'btfield compound fit'");
     job.size = options.size.value_or(model.size);
-    check_synthesis(model, job.size, options.synthesis);
+    job.plane = options.period.value_or(job.size);
+    check_synthesis(model, job.plane, options.synthesis);
     job.model = std::move(model);
 }
 
@@ -115,17 +120,29 @@ void set_model(const SynthArguments& options, SynthJob& job, TextureModel model)
 std::vector<SynthJob> plan(const SynthArguments& options) {
     const bool folder =
         is_output_folder("--output", options.output, options.models.size() > 1 ? "several models" : "");
+    if (options.period && !options.offset)
+        throw UsageError("--period goes with --offset: it says after how many pixels the plane repeats");
+    if (options.offset && options.synthesis.method == SynthesisMethod::raster)
+        throw UsageError("--offset: the plane of a raster recursion does not repeat; leave out --method");
+    if (options.offset && !options.labels_output.empty())
+        throw UsageError("--offset excludes --save-labels, which writes all of a control field");
+    if (options.period && !options.control.empty())
+        throw UsageError("--period excludes --control, whose size it is");
     if (options.models.size() > 1 && !(options.labels_output.empty() && options.control.empty()))
         throw UsageError("--control and --save-labels go with one model");
     const int count = options.count.value_or(1);
     std::vector<SynthJob> jobs;
+    RunFiles files(options.overwrite, options.json);
+    if (!options.control.empty()) files.reads(options.control);
     std::set<fs::path> names;
     for (const std::string& file : options.models) {
         SynthJob job;
         job.file = file;
+        job.offset = options.offset;
         about(options, file, [&] {
             std::visit([&](auto model) { set_model(options, job, std::move(model)); }, read_any_model(file));
         });
+        std::visit([&](const auto& model) { files.reads_model(file, model.provenance); }, job.model);
         const fs::path output =
             folder ? options.output / fs::path(file).stem().concat(extension(job)) : fs::path(options.output);
         for (int i = 0; i < count; ++i) {
@@ -134,28 +151,43 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             if (!names.insert(job.outputs.back()).second)
                 throw UsageError("two models would have the texture '" + job.outputs.back().string() + "'");
             check_writable(job.outputs.back(), planes_of(job), type_of(job), options.writing.type);
-            std::error_code error;
-            if (fs::equivalent(job.outputs.back(), options.control, error))
-                throw UsageError("--control: '" + options.control + "' would be written over");
             if (!options.labels_output.empty())
                 job.labels_outputs.push_back(options.count ? numbered(options.labels_output, i, count)
                                                            : fs::path(options.labels_output));
-            if (!job.labels_outputs.empty())
-                check_labels_output(job.labels_outputs.back(),
-                                    std::array<fs::path, 3>{job.outputs.back(), options.control, file});
+            if (!job.labels_outputs.empty()) check_labels_output(job.labels_outputs.back());
         }
         jobs.push_back(std::move(job));
     }
+    // When all models are read: an output may be what another one was fitted to.
+    for (const SynthJob& job : jobs) {
+        for (const fs::path& output : job.outputs) files.writes(output);
+        for (const fs::path& labels : job.labels_outputs) files.writes(labels);
+    }
     return jobs;
+}
+
+/// What textures are windows of has to go on across its edges: grown on all of the lattice.
+template <class Grower, class... Options>
+Grower whole_plane(Device& device, SynthJob& job, const auto& model, const Options&... rest) {
+    Grower grower(device, model, job.plane, rest...);
+    if (!job.offset || grower.lattice() == job.plane) return grower;
+    job.plane = grower.lattice();
+    return Grower(device, model, job.plane, rest...);
 }
 
 void write_texture(const SynthArguments& options, SynthJob& job, std::size_t number, const Image& texture) {
     const Stopwatch writing;
     const WriteOptions how = std::visit(
         [&](const auto& model) { return write_options(model.provenance, options.writing); }, job.model);
-    const WriteReport report = write_picture(job.outputs[number], texture, how);
-    job.clamped_pixels += report.clamped_pixels;
-    job.remarks.add(job.outputs[number], report);
+    const auto write = [&](const Image& image) {
+        const WriteReport report = write_picture(job.outputs[number], image, how);
+        job.clamped_pixels += report.clamped_pixels;
+        job.remarks.add(job.outputs[number], report);
+    };
+    if (job.offset)
+        write(texture.window(job.offset->row, job.offset->column, job.size));
+    else
+        write(texture);
     job.write += writing.seconds();
 }
 
@@ -182,19 +214,21 @@ void grow_compound(Device& device, const SynthArguments& options, SynthJob& job,
                    double share) {
     const Stopwatch total, setup;
     const auto& model = std::get<CompoundModel>(job.model);
-    CompoundSynthesiser synthesiser(device, model, job.size, options.synthesis.allow_invalid);
+    auto synthesiser = whole_plane<CompoundSynthesiser>(device, job, model, options.synthesis.allow_invalid);
     job.setup += setup.seconds();
-    job.tileable = synthesiser.tileable() && (!job.control || continues(*job.control));
+    job.tileable =
+        synthesiser.tileable() && job.size == job.plane && (!job.control || continues(*job.control));
     job.lattice = synthesiser.lattice();
     job.shares.assign(model.regions.size(), 0.0);
     for (std::size_t i = 0; i < job.seeds.size(); ++i) {
         bar.show(done + share * static_cast<double>(i) / static_cast<double>(job.seeds.size()),
                  "texture " + std::to_string(i + 1) + " of " + std::to_string(job.seeds.size()));
         const Stopwatch synthesis;
-        const ControlField field = job.control ? *job.control : synthesiser.control_field(job.seeds[i]);
+        const ControlField field =
+            job.control ? on_lattice(*job.control, job.plane) : synthesiser.control_field(job.seeds[i]);
         const Image texture = synthesiser.synthesise(job.seeds[i], field);
         job.synthesis += synthesis.seconds();
-        const ControlField seen = on_lattice(field, job.size);
+        const ControlField seen = on_lattice(field, job.plane);
         const std::vector<double> own = shares(seen);
         for (std::size_t k = 0; k < own.size(); ++k) job.shares[k] += own[k];
         write_texture(options, job, i, texture);
@@ -211,9 +245,10 @@ void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress
         return;
     }
     const Stopwatch total, setup;
-    Synthesiser synthesiser(device, std::get<TextureModel>(job.model), job.size, options.synthesis);
+    auto synthesiser =
+        whole_plane<Synthesiser>(device, job, std::get<TextureModel>(job.model), options.synthesis);
     job.setup += setup.seconds();
-    job.tileable = synthesiser.tileable();
+    job.tileable = synthesiser.tileable() && job.size == job.plane;
     job.lattice = synthesiser.lattice();
     const std::size_t count = job.seeds.size();
     const auto batch = static_cast<std::size_t>(std::max(1, synthesiser.batch()));
@@ -232,6 +267,9 @@ void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress
 
 /// Why the edges of a texture do not meet, and which sides would.
 std::string tiling_text(const SynthJob& job, SynthesisMethod method) {
+    if (job.offset)
+        return "Window at " + std::to_string(job.offset->column) + ", " + std::to_string(job.offset->row) +
+               " of a plane without end that repeats after " + detail::text_of(job.plane) + ".";
     if (job.tileable) return "Opposite edges continue each other: it tiles.";
     if (method == SynthesisMethod::raster)
         return "It does not tile: a raster recursion has borders (--method torus has none).";
@@ -264,6 +302,10 @@ Json job_json(const SynthJob& job, const Device& device) {
     object["outputs"] = std::move(outputs);
     object["size"] = size_json(job.size);
     object["seeds"] = job.seeds;
+    if (job.offset) {
+        object["offset"] = Json::array({job.offset->row, job.offset->column});
+        object["period"] = size_json(job.plane);
+    }
     object["tileable"] = job.tileable;
     object["clamped_pixels"] = job.clamped_pixels;
     object["device"] = device.info().name;
@@ -280,15 +322,15 @@ std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& 
     const std::size_t count = job.outputs.size();
     std::string text = "wrote " + job.outputs.front().string();
     if (count > 1)
-        text += " to " + job.outputs.back().filename().string() + ", " + std::to_string(count) + " textures";
-    text += ": " + detail::text_of(job.size) + " pixels, " + std::to_string(planes_of(job)) +
-            (planes_of(job) == 1 ? " plane" : " planes") + ", seed " + std::to_string(job.seeds.front());
+        text += " to " + job.outputs.back().filename().string() + ", " + detail::counted(count, "texture");
+    text += ": " + detail::text_of(job.size) + " pixels, " + detail::counted(planes_of(job), "plane") +
+            ", seed " + std::to_string(job.seeds.front());
     if (count > 1) text += " to " + std::to_string(job.seeds.back());
     text += ", on " + device.info().name + "\n" + tiling_text(job, method) + "\n";
     if (job.clamped_pixels > 0) {
         const bool hdr = lower_extension(job.outputs.front()) == ".hdr";
         const double all = static_cast<double>(area(job.size)) * static_cast<double>(count);
-        text += std::to_string(job.clamped_pixels) + " pixels (" +
+        text += detail::counted(job.clamped_pixels, "pixel") + " (" +
                 number_text(100.0 * static_cast<double>(job.clamped_pixels) / all) + " %) had values " +
                 (hdr ? "below 0" : "outside of [0, 1]") + " and were clamped; EXR and float TIFF keep them\n";
     }
@@ -349,7 +391,10 @@ void run(const SynthArguments& options) {
 void add_synth(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("synth", "grow new texture from a model");
     const auto options = std::make_shared<SynthArguments>();
-    command->add_option("MODEL", options->models, "model file")->required()->type_name("");
+    take_dash(command->add_option("MODEL", options->models, "model file; - is standard input")
+                  ->required()
+                  ->type_name(""),
+              "/dev/stdin");
     command
         ->add_option(
             "-o,--output", options->output,
@@ -360,6 +405,12 @@ void add_synth(CLI::App& app, Action& action) {
         ->type_name("IMAGE");
     add_size(*command, "--size", options->size,
              "width and height in pixels (default: as the analysed picture)");
+    add_offset(
+        *command, "--offset", options->offset,
+        "the window at this place of a plane without end: windows of one seed and period continue each "
+        "other");
+    add_size(*command, "--period", options->period,
+             "after how many pixels that plane repeats, at least (default: --size)");
     add_uint64(*command, "--seed", options->seed, "which texture (default: 0)");
     add_int(*command, "--count", options->count, 1, 1000000,
             "this many textures, of seeds N, N + 1, ...; a zero-padded number goes before the extension");
@@ -394,6 +445,7 @@ void add_synth(CLI::App& app, Action& action) {
         ->group(compound);
     add_writing(*command, options->writing, true);
     add_device(*command, options->device);
+    add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
     set_guide(
         *command,
@@ -402,6 +454,8 @@ void add_synth(CLI::App& app, Action& action) {
          .more = {{"btfield synth models/*.json -o textures/"},
                   {"btfield synth bark.btfm -o bark.png --save-labels labels.png"},
                   {"btfield synth bark.btfm -o painted.png --control labels.png"},
+                  {"btfield synth cork.json -o part.png --size 512 --offset 1536,0 --period 4096",
+                   "the fourth window of a row of eight"},
                   {"btfield synth cork.json -o raster.png --method raster"},
                   {"btfield synth cork.json -o cork.exr --type float", "linear light, as EXR has it"},
                   {"btfield synth cork.json -o cork.exr --device gpu --profile"}}});

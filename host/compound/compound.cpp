@@ -25,7 +25,7 @@ using std::size_t;
 
 void check_numbers(const std::vector<double>& values, size_t count, const std::string& what) {
     if (values.size() != count)
-        refuse_compound(what + " has " + std::to_string(values.size()) + " numbers instead of " +
+        refuse_compound(what + " has " + counted(values.size(), "number") + " instead of " +
                         std::to_string(count));
     // What textures are made with: float32.
     constexpr double largest = std::numeric_limits<float>::max();
@@ -45,8 +45,8 @@ void check_region(const CompoundModel& model, const CompoundRegion& region, cons
     if (!(region.share >= 0.0 && region.share <= 1.0))
         refuse_compound(where + "its share is not from 0 to 1");
     if (region.residual.planes != model.planes)
-        refuse_compound(where + "its residual has " + std::to_string(region.residual.planes) +
-                        " planes instead of " + std::to_string(model.planes));
+        refuse_compound(where + "its residual has " + counted(region.residual.planes, "plane") +
+                        " instead of " + std::to_string(model.planes));
     if (region.residual.factor != model.regions.front().residual.factor)
         refuse_compound(where + "its pyramid has factor " + std::to_string(region.residual.factor) +
                         " instead of " + std::to_string(model.regions.front().residual.factor));
@@ -98,7 +98,7 @@ std::vector<PaletteColour> palette(const CompoundModel& model) {
 }
 
 void check(const CompoundModel& model) {
-    if (model.planes < 1) refuse_compound("it has " + std::to_string(model.planes) + " planes");
+    if (model.planes < 1) refuse_compound("it has " + counted(model.planes, "plane"));
     if (model.regions.empty()) refuse_compound("it has no region");
     constexpr int largest_side = 16384;  // the roller's
     if (std::min(model.size.height, model.size.width) < 1 ||
@@ -111,12 +111,16 @@ void check(const CompoundModel& model) {
         refuse_compound(error.found());
     }
     if (model.control.regions != static_cast<int>(model.regions.size()))
-        refuse_compound("its control field has " + std::to_string(model.control.regions) + " regions, and " +
+        refuse_compound("its control field has " + counted(model.control.regions, "region") + ", and " +
                         std::to_string(model.regions.size()) + " have models");
     if (std::min(model.control.size.height, model.control.size.width) < 16)
         refuse_compound("its control field is " + text_of(model.control.size) +
                         ", and the roller needs 16 pixels");
     check_numbers(model.mean, static_cast<size_t>(model.planes), "its mean");
+    const std::vector<PlaneLimits>& limits = model.provenance.limits;
+    if (!limits.empty() && limits.size() != model.mean.size())
+        refuse_compound("it has limits of " + counted(limits.size(), "plane") + " of " +
+                        std::to_string(model.planes));
     if (!model.names.empty() && model.names.size() != model.mean.size())
         refuse_compound("it has " + std::to_string(model.names.size()) + " names for " +
                         std::to_string(model.planes) + " planes");

@@ -4,6 +4,7 @@
 
 #include "btfield/compound.hpp"
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield {
 namespace {
@@ -23,8 +24,7 @@ std::string edit_of(int region) {
 
 void check_planes(size_t model, size_t other, const std::string& asked, const std::string& what) {
     if (model == other) return;
-    throw InputError(asked,
-                     what + " has " + std::to_string(other) + " planes, the model " + std::to_string(model),
+    throw InputError(asked, what + " has " + counted(other, "plane") + ", the model " + std::to_string(model),
                      "give one with as many");
 }
 

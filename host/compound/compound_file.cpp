@@ -36,20 +36,22 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
     return text;
 }
 
-/// Without the bytes from the first one that is no digit on: the code's own checksum finds what is missing.
+/// As base64() writes it; nothing of any other text.
 std::vector<std::uint8_t> from_base64(std::string_view text) {
     std::vector<std::uint8_t> bytes;
+    if (text.size() % 4 != 0) return bytes;
     std::uint32_t word = 0;
     unsigned bits = 0;
     for (const char c : text) {
         const std::size_t digit = base64_digits.find(c);
-        if (digit == std::string_view::npos) break;
+        if (digit == std::string_view::npos) break;  // padding, as the comparison sees
         word = word << 6 | static_cast<std::uint32_t>(digit);
         bits += 6;
         if (bits < 8) continue;
         bits -= 8;
         bytes.push_back(static_cast<std::uint8_t>(word >> bits & 255U));
     }
+    if (base64(bytes) != text) bytes.clear();
     return bytes;
 }
 

@@ -30,10 +30,10 @@ void check_picture(const Image& image) {
     if (image.planes() < 1 || area(image.size()) == 0)
         throw InputError("fit a compound model", "the picture is empty", "give a picture with pixels");
     if (std::min(image.height(), image.width()) < smallest_side)
-        throw InputError(asked, "a side is below " + std::to_string(smallest_side) + " pixels",
+        throw InputError(asked, "a side is below " + counted(smallest_side, "pixel"),
                          "give a larger picture");
     if (std::max(image.height(), image.width()) > largest_side)
-        throw InputError(asked, "a side is above " + std::to_string(largest_side) + " pixels",
+        throw InputError(asked, "a side is above " + counted(largest_side, "pixel"),
                          "give a part of the picture");
     bool varies = false;
     for (int p = 0; p < image.planes(); ++p)
@@ -52,7 +52,7 @@ Clustering control_of(const Image& image, const CompoundOptions& options) {
         Clustering found = cluster(image, options.clusters);
         const std::vector<double> share = shares(found.field);
         if (*std::ranges::min_element(share) * static_cast<double>(found.field.labels.size()) < 1.5)
-            throw InputError("fit a compound model with " + std::to_string(found.field.regions) + " regions",
+            throw InputError("fit a compound model with " + counted(found.field.regions, "region"),
                              "one of them has a single pixel", "use fewer regions");
         return found;
     }
@@ -67,7 +67,7 @@ Clustering control_of(const Image& image, const CompoundOptions& options) {
     for (size_t k = 0; k < present.size(); ++k)
         if (present[k] == 0.0)
             throw InputError(asked,
-                             "there are " + std::to_string(labels.regions) + " regions, and label " +
+                             "there are " + counted(labels.regions, "region") + ", and label " +
                                  std::to_string(k) + " is nowhere",
                              "number the regions from 0 on without gaps");
     for (size_t k = 0; k < present.size(); ++k)
@@ -141,6 +141,8 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
     MeanWeights weights = options.borders == Borders::conditional ? fit_conditional_mean(image, field)
                                                                   : regional_means(image, field);
     Image mean = conditional_mean(device.impl(), weights, field);
+    mean.set_space(image.space());
+    mean.set_names(image.names());
     CompoundModel model;
     model.size = image.size();
     model.planes = image.planes();

@@ -79,8 +79,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
     void synthesise_to(std::uint64_t seed, const ControlField& field, const DeviceMemory& target) {
         const auto planes_count = static_cast<size_t>(planes_);
         device_->check_target(target, sizeof(float) * planes_count * area(size_),
-                              "a texture of " + text_of(size_) + " with " + std::to_string(planes_) +
-                                  (planes_ == 1 ? " plane" : " planes"));
+                              "a texture of " + text_of(size_) + " with " + counted(planes_, "plane"));
         const DevicePlanes planes = checked_grow(seed, field);
         device_->copy(planes.values, {planes.lattice, 0, planes_count, 0, 0, size_}, target, 0);
         device_->flush();

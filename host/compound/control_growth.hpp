@@ -26,6 +26,10 @@ class ControlGrowth {
     [[nodiscard]] ControlField grow(Size size, std::uint64_t seed);
 
   private:
+    /// Sets up the roller at 1 / scale of the resolution.
+    void compare(Device& device, const Image& look, int scale);
+    /// The roller's own choice, pixels of the sample.
+    [[nodiscard]] int block() const;
     [[nodiscard]] ControlField rolled(Size size, std::uint64_t seed);
 
     ControlField sample_;  ///< a tile is continued beyond its edges

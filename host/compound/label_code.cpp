@@ -87,6 +87,7 @@ class LabelEncoder {
             bytes_.push_back(interval_.first_byte());
         return bit;
     }
+    static constexpr bool ran_out() { return false; }
     /// All bytes. Those beyond the end count as 0.
     std::vector<std::uint8_t> finish() {
         bytes_.push_back(static_cast<std::uint8_t>(interval_.first_byte() + 1));
@@ -111,13 +112,19 @@ class LabelDecoder {
         return bit;
     }
 
+    /// Every byte that is read is one that the encoder wrote, but for the last three.
+    [[nodiscard]] bool ran_out() const { return missing_ > 3; }
+    [[nodiscard]] bool used_up() const { return missing_ == 3; }
+
   private:
     void read_byte() {
+        if (bytes_.empty()) ++missing_;
         value_ = value_ << 8 | (bytes_.empty() ? 0U : bytes_.front());
         if (!bytes_.empty()) bytes_ = bytes_.subspan(1);
     }
     CodeInterval interval_;
     std::uint32_t value_ = 0;
+    std::uint64_t missing_ = 0;
     std::span<const std::uint8_t> bytes_;
 };
 
@@ -266,7 +273,7 @@ template <class Coder>
 void code_labels(Coder& coder, Size size, int regions, std::span<std::uint8_t> labels) {
     LabelModel model(labels.size());
     size_t i = 0;
-    for (int row = 0; row < size.height; ++row)
+    for (int row = 0; row < size.height && !coder.ran_out(); ++row)
         for (int column = 0; column < size.width; ++column, ++i) {
             const LabelContext context(labels, size, row, column);
             model.enter(context);
@@ -304,8 +311,8 @@ std::vector<std::uint8_t> decode_labels(std::span<const std::uint8_t> code, Size
                                         const std::string& asked) {
     if (size.height < 1 || size.width < 1 || regions < 1 || regions > most_regions)
         throw InputError(asked,
-                         "labels of " + std::to_string(regions) + " regions on " + text_of(size) + " pixels",
-                         "give sizes from 1 on and 1 to " + std::to_string(most_regions) + " regions");
+                         "labels of " + counted(regions, "region") + " on " + text_of(size) + " pixels",
+                         "give sizes from 1 on and 1 to " + counted(most_regions, "region"));
     const char* remedy = "use the file as it was written";
     if (code.size() < checksum_bytes || area(size) / most_pixels_per_byte > code.size())
         throw InputError(asked, "the code of the labels is too short for " + text_of(size) + " pixels",
@@ -316,7 +323,7 @@ std::vector<std::uint8_t> decode_labels(std::span<const std::uint8_t> code, Size
     std::uint32_t sum = 0;
     for (size_t k = 0; k < checksum_bytes; ++k)
         sum |= std::uint32_t{code[code.size() - checksum_bytes + k]} << 8 * k;
-    if (sum != checksum_of(size, regions, labels))
+    if (!decoder.used_up() || sum != checksum_of(size, regions, labels))
         throw InputError(asked, "the code of the labels is damaged", remedy);
     return labels;
 }

@@ -10,6 +10,7 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "host/base/file_output.hpp"
+#include "host/base/text.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pnm.hpp"
@@ -50,8 +51,7 @@ ControlField labels_by_index(PaletteImage&& picture, int regions, const std::str
         if (value >= picture.colours) {
             throw InputError(asked,
                              "the value at " + place_of(i, field.size) + " is " + std::to_string(value) +
-                                 ", beyond the " + std::to_string(picture.colours) +
-                                 " colours of its own palette",
+                                 ", beyond the " + counted(picture.colours, "colour") + " of its own palette",
                              use_a_complete_file);
         }
         if (picture.alpha[value] != 255) refuse_transparency(i, field.size, asked);
@@ -113,7 +113,7 @@ ControlField labels_of(const Picture& picture, int top, std::span<const PaletteC
     if (picture.type != PixelType::uint8 || (image.planes() != 1 && image.planes() != 3)) {
         throw InputError(
             asked,
-            "it has " + std::to_string(image.planes()) + " planes of type " + std::string(name(picture.type)),
+            "it has " + counted(image.planes(), "plane") + " of type " + std::string(name(picture.type)),
             "give a picture of 8 bits with a palette, in grey or in colour");
     }
     const auto clear =
@@ -141,10 +141,9 @@ void write_labels(const std::filesystem::path& path, const ControlField& field,
     }
     const auto regions = static_cast<std::size_t>(field.regions);
     if (palette.size() < regions) {
-        throw InputError(
-            asked,
-            std::to_string(palette.size()) + " colours are given for " + std::to_string(regions) + " regions",
-            "give a colour for each region");
+        throw InputError(asked,
+                         counted(palette.size(), "colour") + " are given for " + counted(regions, "region"),
+                         "give a colour for each region");
     }
     write_file(path,
                picture_codec(asked).encode_palette(field.size, field.labels, palette.first(regions), asked),
@@ -154,7 +153,7 @@ void write_labels(const std::filesystem::path& path, const ControlField& field,
 ControlField read_labels(const std::filesystem::path& path, std::span<const PaletteColour> palette) {
     const std::string asked = "read '" + path.string() + "'";
     if (palette.empty() || palette.size() > most_regions) {
-        throw InputError(asked, "the palette has " + std::to_string(palette.size()) + " colours",
+        throw InputError(asked, "the palette has " + counted(palette.size(), "colour"),
                          "give 1 to " + std::to_string(most_regions));
     }
     std::uintmax_t bytes = 0;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/analysis/plane_kinds.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -66,7 +67,7 @@ RegionRestorer::RegionRestorer(DeviceImpl& device, const CompoundModel& model)
         append(numbers, residual.mean);
         const auto own = static_cast<size_t>(modelled_planes(residual));
         append(numbers, padded(residual.whitening, own, rank_, rank_));
-        append(numbers, padded(residual.basis.matrix, static_cast<size_t>(planes_), rank_, planes_));
+        append(numbers, padded(scaled_matrix(residual.basis), static_cast<size_t>(planes_), rank_, planes_));
         for (size_t i = 0; i < residual.marginals.size(); ++i) {
             const std::vector<double>& q = residual.marginals[i].values;
             float* to = tables.data() + (k * static_cast<size_t>(rank_) + i) * table;

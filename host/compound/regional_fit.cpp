@@ -103,7 +103,11 @@ ModelledPlanes modelled(const Image& residual, const std::vector<std::vector<siz
                         const FitOptions& local) {
     Image stirred = residual;
     stir(stirred, pixels);
-    if (local.marginals == MarginalMode::none && !is_2d(local.model)) return {{}, {}, std::move(stirred)};
+    if (local.marginals == MarginalMode::none && !is_2d(local.model)) {
+        SpectralBasis varying = varying_planes(stirred);
+        Image planes = varying.planes == 0 ? std::move(stirred) : to_eigenplanes(varying, stirred);
+        return {std::move(varying), {}, std::move(planes)};
+    }
     SpectralBasis basis = spectral_basis(stirred);
     Image eigenplanes = to_eigenplanes(basis, stirred);
     if (local.marginals == MarginalMode::none) return {std::move(basis), {}, std::move(eigenplanes)};
@@ -258,7 +262,7 @@ class RegionalEstimator {
         }
         if (!small.empty())
             reasons.push_back("at level " + std::to_string(depth) + " regions with fewer than " +
-                              std::to_string(needed(data)) + " pixels have the model of all: " + small);
+                              counted(needed(data), "pixel") + " have the model of all: " + small);
         const auto one = [&](int n) {
             const int k = own[static_cast<size_t>(n)];
             models[static_cast<size_t>(k)] =
@@ -310,10 +314,10 @@ int levels_of(Size size, const FitOptions& local, const Support& support) {
         ++fitting;
     }
     if (fitting == 0 || (local.levels > 0 && fitting < wanted))
-        throw InputError("fit " + std::to_string(wanted) + " levels to a picture of " + text_of(size),
+        throw InputError("fit " + counted(wanted, "level") + " to a picture of " + text_of(size),
                          "level " + std::to_string(fitting + 1) +
                              " is too small for a support that reaches " +
-                             std::to_string(std::max(reach.row, reach.column)) + " pixels",
+                             counted(std::max(reach.row, reach.column), "pixel"),
                          fitting == 0 ? "use a lower order or a larger picture"
                                       : "use at most " + std::to_string(fitting) + ", or a lower order");
     return fitting;

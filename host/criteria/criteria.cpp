@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 #include "btfield/error.hpp"
 #include "btfield/lag_covariance.hpp"
 #include "host/analysis/lag_products.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield {
 
@@ -18,24 +20,23 @@ using namespace detail;
 
 namespace {
 
+bool varies(std::span<const float> values) {
+    return std::any_of(values.begin(), values.end(), [&](float v) { return v != values.front(); });
+}
+
 void check_comparable(const Image& a, const Image& b) {
     const std::string asked = "compare two pictures";
     if (a.planes() < 1 || b.planes() < 1)
         throw InputError(asked, "one of them is empty", "give two pictures");
     if (a.planes() != b.planes()) {
-        throw InputError(asked,
-                         "the first has " + std::to_string(a.planes()) + " planes, the second " +
-                             std::to_string(b.planes()),
-                         "give pictures with the same number of planes");
+        throw InputError(
+            asked,
+            "the first has " + counted(a.planes(), "plane") + ", the second " + std::to_string(b.planes()),
+            "give pictures with the same number of planes");
     }
-    for (int i = 0; i < a.planes(); ++i) {
-        const auto values = a.plane(i);
-        const auto [low, high] = std::minmax_element(values.begin(), values.end());
-        if (*low == *high) {
-            throw InputError(asked, "plane " + std::to_string(i) + " of the first is constant",
-                             "give a reference whose every plane varies");
-        }
-    }
+    for (int i = 0; i < a.planes(); ++i)
+        if (varies(a.plane(i))) return;
+    throw InputError(asked, "the first is constant", "give a reference that varies");
 }
 
 std::vector<float> sorted(std::span<const float> values) {
@@ -59,22 +60,25 @@ Comparison compare(const Image& a, const Image& b) {
 
     Comparison result;
     result.planes.resize(d);
+    std::vector<std::size_t> varying;
     for (std::size_t i = 0; i < d; ++i) {
         Comparison::Plane& p = result.planes[i];
         p.mean = {means_a[i], means_b[i]};
         // Rounding may put the variance of a constant plane below zero. This order of arguments keeps a NaN.
         p.std = {std::sqrt(std::max(cov_a[i * d + i], 0.0)), std::sqrt(std::max(cov_b[i * d + i], 0.0))};
-        p.std_ratio = p.std[1] / p.std[0];
+        const bool constant = !varies(a.plane(static_cast<int>(i)));
+        p.std_ratio = constant ? std::numeric_limits<double>::quiet_NaN() : p.std[1] / p.std[0];
+        if (!constant) varying.push_back(i);
     }
 
     double error = 0.0;
     for (std::size_t s = 0; s < lags.size(); ++s) {
-        for (std::size_t i = 0; i < d; ++i) {
+        for (const std::size_t i : varying) {
             const std::size_t at = (s * d + i) * d + i;
             error += std::abs(cov_a[at] - cov_b[at]) / cov_a[i * d + i];
         }
     }
-    result.lag_covariance_error = error / static_cast<double>(lags.size() * d);
+    result.lag_covariance_error = error / static_cast<double>(lags.size() * varying.size());
 
     double difference = 0.0;
     double reference = 0.0;
@@ -106,7 +110,8 @@ std::vector<double> quantile_errors(const Image& a, const Image& b) {
             if (end_x <= end) ++i;
             if (end_y <= end) ++j;
         }
-        errors.push_back(std::sqrt(sum / variance));
+        const bool constant = x.front() == x.back();
+        errors.push_back(constant ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(sum / variance));
     }
     return errors;
 }

@@ -9,6 +9,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/stop.hpp"
+#include "host/base/text.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/criteria/colour_tree.hpp"
 #include "host/criteria/memd_search.hpp"
@@ -97,7 +98,7 @@ class [[gnu::visibility("hidden")]] MemdReference::Impl {
         if (candidate.planes() != a_.planes)
             throw InputError(
                 "compare the colours of two pictures",
-                "A has " + std::to_string(a_.planes) + " planes, B " + std::to_string(candidate.planes()),
+                "A has " + counted(a_.planes, "plane") + ", B " + std::to_string(candidate.planes()),
                 "give pictures with the same number of planes");
         const Colours b = colours_of(candidate, options_.white[1], "B");
         ColourTree tree(b, options_.metric);

@@ -145,13 +145,18 @@ Image halved(const Image& image) {
     return result;
 }
 
-/// Planes divided by A's deviations.
+/// Planes that vary in A, divided by A's deviations.
 Image scaled(const Image& image, const Comparison& comparison) {
-    Image result = image;
-    for (int p = 0; p < image.planes(); ++p) {
+    std::vector<int> varying;
+    for (int p = 0; p < image.planes(); ++p)
+        if (!std::isnan(comparison.planes[static_cast<size_t>(p)].std_ratio)) varying.push_back(p);
+    Image result(image.size(), static_cast<int>(varying.size()));
+    for (int q = 0; q < result.planes(); ++q) {
+        const int p = varying[static_cast<size_t>(q)];
         const auto& plane = comparison.planes[static_cast<size_t>(p)];
-        for (float& v : result.plane(p))
-            v = static_cast<float>((static_cast<double>(v) - plane.mean[0]) / plane.std[0]);
+        std::ranges::transform(image.plane(p), result.plane(q).begin(), [&](float v) {
+            return static_cast<float>((static_cast<double>(v) - plane.mean[0]) / plane.std[0]);
+        });
     }
     return result;
 }
@@ -173,7 +178,7 @@ double structure_distance(const Image& a, const Image& b) {
         const size_t count = std::min(most_patches, std::min(area(first.size()), area(second.size())));
         std::vector<double> fractions(2 * count);
         for (double& fraction : fractions) fraction = random.uniform();
-        const RowMajorMatrix onto = patch_directions(a.planes(), random);
+        const RowMajorMatrix onto = patch_directions(first.planes(), random);
         RowMajorMatrix of_a = patches_at(first, fractions), of_b = patches_at(second, fractions);
         sum += transport(projected(of_a, onto), projected(of_b, onto));
         take_contrast(of_a);

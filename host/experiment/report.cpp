@@ -303,7 +303,7 @@ void write_experiment_report(const std::filesystem::path& database, const std::f
                            most_pictures);
     }
     html += heading(2, "Configuration") + configurations_html(connection) + "</body>\n</html>\n";
-    write_file(page, html, asked);
+    write_file(page, valid_utf8(html), asked);
 }
 
 }  // namespace btfield

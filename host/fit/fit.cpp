@@ -84,14 +84,12 @@ void check_levels(const std::vector<Size>& sizes, const Demand& demand) {
     size_t fit = 0;
     while (fit < sizes.size() && supports(sizes[fit], demand)) ++fit;
     if (fit == sizes.size()) return;
-    throw InputError(
-        "fit " + std::to_string(sizes.size()) + " levels to a picture of " + text_of(sizes.front()),
-        "level " + std::to_string(fit + 1) + " has " + text_of(sizes[fit]) +
-            " pixels, too few for a support of " + std::to_string(demand.offsets) + " offsets that spans " +
-            text_of(demand.extent),
-        fit == 0 ? std::string("use a lower order or a larger picture")
-                 : "use at most " + std::to_string(fit) + (fit == 1 ? " level" : " levels") +
-                       ", or a lower order");
+    throw InputError("fit " + counted(sizes.size(), "level") + " to a picture of " + text_of(sizes.front()),
+                     "level " + std::to_string(fit + 1) + " has " + text_of(sizes[fit]) +
+                         " pixels, too few for a support of " + counted(demand.offsets, "offset") +
+                         " that spans " + text_of(demand.extent),
+                     fit == 0 ? std::string("use a lower order or a larger picture")
+                              : "use at most " + counted(fit, "level") + ", or a lower order");
 }
 
 void check_finite(const Image& image) {
@@ -104,19 +102,6 @@ void check_finite(const Image& image) {
             throw InputError("fit a model to a picture of " + text_of(image.size()),
                              "plane " + std::to_string(p + 1) + " holds NaN or infinite values",
                              "use finite values");
-        }
-    }
-}
-
-void check_variation(const Image& image) {
-    for (int p = 0; p < image.planes(); ++p) {
-        const std::span<const float> plane = image.plane(p);
-        const bool constant =
-            std::all_of(plane.begin(), plane.end(), [&](float v) { return v == plane.front(); });
-        if (constant) {
-            throw InputError("fit a model to a picture of " + text_of(image.size()),
-                             "plane " + std::to_string(p + 1) + " is constant",
-                             "remove that plane or use a picture that varies");
         }
     }
 }
@@ -236,8 +221,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
     /// \param options leave nothing to be chosen
     [[nodiscard]] TextureModel fit(const FitOptions& options, FitDepth depth, Offset box) {
         if (options.levels < 0) {
-            throw InputError("fit " + std::to_string(options.levels) + " levels",
-                             "there is at least one level",
+            throw InputError("fit " + counted(options.levels, "level"), "there is at least one level",
                              "use 1 or more, or 0 for the default of the picture's size");
         }
         const Support support = support_of(options);
@@ -281,8 +265,10 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         const auto found = pictures_.find(kind);
         if (found != pictures_.end()) return found->second;
         if (kind == AnalysedPlanes::picture) {
-            check_variation(image_);
-            return pictures_.try_emplace(kind, *device_, image_).first->second;
+            varying_ = varying_planes(image_);
+            return pictures_
+                .try_emplace(kind, *device_, varying_.planes == 0 ? image_ : to_eigenplanes(varying_, image_))
+                .first->second;
         }
         if (basis_.planes == 0) basis_ = spectral_basis(image_);
         Image eigenplanes = to_eigenplanes(basis_, image_);
@@ -307,9 +293,9 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         model.provenance.software = "btfield " BTFIELD_VERSION;
         model.provenance.picture_bytes = static_cast<std::uint64_t>(image_.values().size()) *
                                          static_cast<std::uint64_t>(bytes_per_value(model.provenance.type));
-        if (kind != AnalysedPlanes::picture) model.basis = basis_;
+        model.basis = kind == AnalysedPlanes::picture ? varying_ : basis_;
         if (kind == AnalysedPlanes::gaussian) model.marginals = marginals_;
-        model.mean = kind == AnalysedPlanes::picture ? plane_means(image_) : basis_.mean;
+        model.mean = model.basis.planes == 0 ? plane_means(image_) : model.basis.mean;
 
         static_cast<void>(planes.level(options.factor, count, 0));
         watch.lap("pyramid");
@@ -358,7 +344,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
     Device* device_;
     Image image_;
     std::mutex mutex_;  ///< of what follows
-    SpectralBasis basis_;
+    SpectralBasis basis_, varying_;
     std::vector<Marginal> marginals_;
     std::map<AnalysedPlanes, AnalysedPicture> pictures_;
 };

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <numbers>
 #include <span>
-#include <unsupported/Eigen/FFT>
 
 #include "btfield/error.hpp"
+#include "host/analysis/picture_spectra.hpp"
 #include "host/base/parallel.hpp"
 
 namespace btfield::detail {
@@ -47,41 +47,6 @@ Cells cells_of(int count, bool both) {
     return cells;
 }
 
-/// In place along one axis, lines in parallel.
-void transform(std::vector<Complex>& values, int lines, int length, size_t line_step, size_t step) {
-    constexpr int chunk = 16;
-    for_each_block((lines + chunk - 1) / chunk, [&](int block) {
-        Eigen::FFT<double> fft;
-        std::vector<Complex> in(static_cast<size_t>(length)), out;
-        for (int line = block * chunk; line < std::min(lines, (block + 1) * chunk); ++line) {
-            Complex* const first = values.data() + static_cast<size_t>(line) * line_step;
-            for (size_t k = 0; k < in.size(); ++k) in[k] = first[k * step];
-            fft.fwd(out, in);
-            for (size_t k = 0; k < in.size(); ++k) first[k * step] = out[k];
-        }
-    });
-}
-
-using Spectrum = std::vector<Complex>;
-
-/// Fourier transform of each plane, its mean removed.
-std::vector<Spectrum> spectra_of(const Image& image) {
-    const int height = image.height(), width = image.width();
-    const size_t pixels = area(image.size());
-    std::vector<Spectrum> spectra;
-    for (int p = 0; p < image.planes(); ++p) {
-        const std::span<const float> plane = image.plane(p);
-        double mean = 0.0;
-        for (const float v : plane) mean += v;
-        mean /= static_cast<double>(pixels);
-        Spectrum& values = spectra.emplace_back(pixels);
-        std::transform(plane.begin(), plane.end(), values.begin(), [&](float v) { return v - mean; });
-        transform(values, height, width, static_cast<size_t>(width), 1);
-        transform(values, width, height, 1, static_cast<size_t>(width));
-    }
-    return spectra;
-}
-
 /// \param height of the picture
 FrequencyGrid grid_of(const Cells& rows, int height, const Cells& columns) {
     FrequencyGrid grid;
@@ -107,8 +72,8 @@ void add_products(std::span<const Complex> a, std::span<const Complex> b, const 
 
 /// Mean of the periodogram over each cell of one row of cells.
 /// \param members rows of frequencies that it holds
-LaneMatrix row_of_cells(const std::vector<Spectrum>& spectra, Size size, const std::vector<int>& members,
-                        const Cells& columns) {
+LaneMatrix row_of_cells(const std::vector<PictureSpectrum>& spectra, Size size,
+                        const std::vector<int>& members, const Cells& columns) {
     const auto width = static_cast<size_t>(size.width);
     LaneMatrix row(static_cast<int>(spectra.size()), columns.centre.size());
     for (int i = 0; i < row.planes(); ++i) {
@@ -139,7 +104,7 @@ FoldedPeriodogram folded_periodogram(const Image& image) {
         throw InputError("periodogram of a picture", "the picture is empty",
                          "give a picture with at least one pixel");
     }
-    const std::vector<Spectrum> spectra = spectra_of(image);
+    const std::vector<PictureSpectrum> spectra = spectra_of(image);
     const Cells rows = cells_of(image.height(), false), columns = cells_of(image.width(), true);
     std::vector<std::vector<int>> members(rows.centre.size());
     for (int row = 0; row < image.height(); ++row) {

@@ -57,8 +57,8 @@ MatrixXd residual(const Moments& v, const MatrixXd& theta) {
 }  // namespace
 
 std::string detail::describe(const Support& support, int planes) {
-    return "least-squares fit of " + std::to_string(support.offsets.size()) + " offsets to " +
-           std::to_string(planes) + (planes == 1 ? " plane" : " planes");
+    return "least-squares fit of " + counted(support.offsets.size(), "offset") + " to " +
+           counted(planes, "plane");
 }
 
 void detail::check_request(const LagCovariance& statistic, const Support& support) {

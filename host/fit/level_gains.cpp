@@ -28,6 +28,11 @@ std::vector<double> match_gains(const std::vector<std::vector<double>>& levels,
     MatrixXd a(static_cast<Index>(lags * d), static_cast<Index>(levels.size()));
     VectorXd b(a.rows());
     for (size_t i = 0; i < d; ++i) {
+        if (!(data[i * d + i] > 0.0)) {  // a constant plane has nothing to say
+            a.middleRows(static_cast<Index>(i * lags), static_cast<Index>(lags)).setZero();
+            b.segment(static_cast<Index>(i * lags), static_cast<Index>(lags)).setZero();
+            continue;
+        }
         for (size_t s = 0; s < lags; ++s) {
             const auto row = static_cast<Index>(i * lags + s);
             const size_t place = s * d * d + i * d + i;

@@ -14,6 +14,7 @@
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
 #include "host/base/dense.hpp"
+#include "host/base/text.hpp"
 #include "host/fit/least_squares.hpp"
 #include "host/fit/likelihood.hpp"
 #include "host/fit/sar_newton.hpp"
@@ -422,10 +423,9 @@ SarLikelihoodFit fit_sar_likelihood(const LagCovariance& data, const Support& su
     const LagCovariance statistic = told_apart(data);
     const SarModel least_squares = fit_sar(statistic, support, noise);
     check_sets(least_squares, noise);
-    check_dense_hessian(
-        "maximum-likelihood fit of an MSAR model of " + std::to_string(statistic.planes()) + " planes",
-        count_unknowns(least_squares, noise),
-        "use least squares (--estimator ls), a 2d-msar model, or a lower order");
+    check_dense_hessian("maximum-likelihood fit of an MSAR model of " + counted(statistic.planes(), "plane"),
+                        count_unknowns(least_squares, noise),
+                        "use least squares (--estimator ls), a 2d-msar model, or a lower order");
     Fit fit(statistic, least_squares, noise, options);
     constexpr SarObjective::Guard usual{1.0, 2.0}, strong{10.0, 1.0};
     SarCandidate best = fit.finish(fit.grow(32, usual, 1e-2), 32, 128, usual);

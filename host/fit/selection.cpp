@@ -11,6 +11,7 @@
 
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 #include "host/fit/level_fit.hpp"
 #include "host/fit/model_density.hpp"
 
@@ -154,7 +155,7 @@ void choose_levels(Choices& choices, const SelectionSource& source) {
         FitOptions settled = options;
         settled.levels = levels;
         if (settled.order == 0) settled.order = default_order;
-        candidates.push_back({std::to_string(levels) + (levels == 1 ? " level" : " levels"), settled});
+        candidates.push_back({counted(levels, "level"), settled});
     }
     std::vector<Fitted> fitted = fit_all(candidates, source, FitDepth::complete);
     AnalysedPicture& planes = source.planes(options);

@@ -228,7 +228,7 @@ void check_part(const TextureModel& model, const Model& part, const std::string&
     const LinearField& field = linear_field(part);
     const int planes = is_2d(model.kind) ? 1 : modelled_planes(model);
     if (field.planes != planes) {
-        refuse(where + std::to_string(field.planes) + " planes instead of " + std::to_string(planes));
+        refuse(where + counted(field.planes, "plane") + " instead of " + std::to_string(planes));
     }
     check_offsets(field, family(model.kind), where);
     check_coefficients(field, where);
@@ -256,6 +256,16 @@ void check_level(const TextureModel& model, const LevelModel& level, Size size, 
     check_certificate(level, planes, family(model.kind) != Family::ma, where);
 }
 
+/// Computed as a product, a matrix is symmetric but for rounding.
+void check_symmetry(const std::vector<double>& whitening, std::size_t r) {
+    double largest = 0.0;
+    for (const double value : whitening) largest = std::max(largest, std::abs(value));
+    for (std::size_t i = 0; i < r; ++i)
+        for (std::size_t k = 0; k < i; ++k)
+            if (!(std::abs(whitening[i * r + k] - whitening[k * r + i]) <= 1e-9 * largest))
+                refuse("its whitening is not symmetric");
+}
+
 void check_basis(const TextureModel& model) {
     const SpectralBasis& basis = model.basis;
     if (basis.planes == 0) {
@@ -264,44 +274,48 @@ void check_basis(const TextureModel& model) {
         return;
     }
     if (basis.planes != model.planes || basis.mean != model.mean) {
-        refuse("its basis is not one of its " + std::to_string(model.planes) + " planes and their means");
+        refuse("its basis is not one of its " + counted(model.planes, "plane") + " and their means");
     }
     check(basis);
     if (model.marginals.empty()) return;
     if (model.marginals.size() != static_cast<std::size_t>(basis.rank)) {
-        refuse(std::to_string(model.marginals.size()) + " marginals for " + std::to_string(basis.rank) +
+        refuse(counted(model.marginals.size(), "marginal") + " for " + std::to_string(basis.rank) +
                " rows of the basis");
     }
     for (const Marginal& marginal : model.marginals) check(marginal);
     const auto r = static_cast<std::size_t>(basis.rank);
     if (model.whitening.size() != r * r) {
-        refuse("its whitening has " + std::to_string(model.whitening.size()) + " numbers instead of " +
+        refuse("its whitening has " + counted(model.whitening.size(), "number") + " instead of " +
                std::to_string(r * r));
     }
     for (const double value : model.whitening) {
         if (!std::isfinite(value)) refuse("its whitening is not finite");
     }
+    check_symmetry(model.whitening, r);
 }
 
 }  // namespace
 
 void check(const TextureModel& model) {
-    if (model.planes < 1) refuse("it has " + std::to_string(model.planes) + " planes");
+    if (model.planes < 1) refuse("it has " + counted(model.planes, "plane"));
     if (model.size.height < 1 || model.size.width < 1) refuse("its picture size is " + text_of(model.size));
     const auto largest = static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max()) / sizeof(float);
     if (area(model.size) > largest / static_cast<std::size_t>(model.planes)) {
-        refuse("a picture of " + text_of(model.size) + " with " + std::to_string(model.planes) +
-               " planes has more values than memory has addresses");
+        refuse("a picture of " + text_of(model.size) + " with " + counted(model.planes, "plane") +
+               " has more values than memory has addresses");
     }
     if (model.factor < 2) refuse("its pyramid factor is " + std::to_string(model.factor) + ", less than 2");
     if (model.mean.size() != static_cast<std::size_t>(model.planes)) {
-        refuse(std::to_string(model.mean.size()) + " means for " + std::to_string(model.planes) + " planes");
+        refuse(counted(model.mean.size(), "mean") + " for " + counted(model.planes, "plane"));
     }
     for (const double value : model.mean) {
         if (!std::isfinite(value)) refuse("a mean is not finite");
     }
     if (!model.names.empty() && model.names.size() != model.mean.size())
         refuse(std::to_string(model.names.size()) + " names for " + std::to_string(model.planes) + " planes");
+    const std::vector<PlaneLimits>& limits = model.provenance.limits;
+    if (!limits.empty() && limits.size() != model.mean.size())
+        refuse("limits of " + counted(limits.size(), "plane") + " for " + std::to_string(model.planes));
     check_basis(model);
     if (model.levels.empty()) refuse("it has no level");
     Size size = model.size;

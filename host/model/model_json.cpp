@@ -26,7 +26,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// What names and chromaticities came with; files without them say 0.
+/// What names, chromaticities and limits came with; files without them say 0.
 constexpr int minor_version = 1;
 /// A parsed file takes some ten times its size in memory; no model comes near.
 constexpr std::size_t largest_file = std::size_t{256} << 20;
@@ -78,14 +78,18 @@ ordered_json level_value(const LevelModel& level) {
     return value;
 }
 
-/// Rows of T, or "none".
+/// Rows of T, or, where planes are of unlike kinds, an object of these and the diagonal of D; or "none".
 ordered_json basis_value(const SpectralBasis& basis) {
     if (basis.planes == 0) return "none";
     ordered_json rows = ordered_json::array();
     const auto d = static_cast<std::ptrdiff_t>(basis.planes);
     for (auto row = basis.matrix.begin(); row != basis.matrix.end(); row += d)
         rows.push_back(std::vector<double>(row, row + d));
-    return rows;
+    if (basis.scale.empty()) return rows;
+    ordered_json value;
+    value["rows"] = std::move(rows);
+    value["scale"] = basis.scale;
+    return value;
 }
 
 ordered_json marginals_value(const std::vector<Marginal>& marginals) {
@@ -199,15 +203,25 @@ SpectralBasis read_basis(const json& value, const std::string& where, const Text
     SpectralBasis basis;
     basis.planes = model.planes;
     basis.mean = model.mean;
-    for (const std::vector<double>&row :
-         list(value, where, context, [&](const json&inner, const std::string&place, const Context&) {
-             return list(inner, place, context, real);
-         })) {
-        if (row.size() != static_cast<std::size_t>(std::max(model.planes, 0)))
-            fail(context, where + " has a row of another length than 'planes'");
-        ++basis.rank;
-        basis.matrix.insert(basis.matrix.end(), row.begin(), row.end());
+    const auto take_rows = [&](const json& rows, const std::string& place) {
+        const auto row_of = [](const json& inner, const std::string& at, const Context& about) {
+            return list(inner, at, about, real);
+        };
+        for (const std::vector<double>& row : list(rows, place, context, row_of)) {
+            if (row.size() != static_cast<std::size_t>(std::max(model.planes, 0)))
+                fail(context, place + " has a row of another length than 'planes'");
+            ++basis.rank;
+            basis.matrix.insert(basis.matrix.end(), row.begin(), row.end());
+        }
+    };
+    if (!value.is_object()) {
+        take_rows(value, where);
+        return basis;
     }
+    Object object(value, where, context);
+    take_rows(object.member("rows"), object.path("rows"));
+    basis.scale = object.get_list("scale", real);
+    object.finish();
     return basis;
 }
 
@@ -227,11 +241,17 @@ ordered_json provenance_value(const Provenance& provenance) {
     for (const std::string& reason : provenance.reasons) reasons.push_back(valid_utf8(reason));
     value["reasons"] = std::move(reasons);
     if (provenance.chromaticities) value["chromaticities"] = *provenance.chromaticities;
+    if (!provenance.limits.empty()) {
+        ordered_json limits = ordered_json::array();
+        for (const auto& [low, high] : provenance.limits)
+            limits.push_back(low && high ? "both" : low ? "low" : high ? "high" : "none");
+        value["limits"] = std::move(limits);
+    }
     return value;
 }
 
 ordered_json version_value(const std::vector<std::string>& names, const Provenance& provenance) {
-    const bool newer = !names.empty() || provenance.chromaticities;
+    const bool newer = !names.empty() || provenance.chromaticities || !provenance.limits.empty();
     return ordered_json::array({model_format_version, newer ? minor_version : 0});
 }
 
@@ -272,14 +292,15 @@ std::string printed(const ordered_json& value) {
 void read_version(Object& object, const std::string& expected, Context& context) {
     if (!object.has("format")) fail(context, "it has no key 'format': it is not a model");
     if (const std::string format = object.get("format", text); format != expected) {
-        fail(context, "its format is '" + printable(format) + "', not '" + expected + "'",
+        fail(context,
+             "it is not supported: its format is '" + printable(format) + "', not '" + expected + "'",
              format == compound_format || format == texture_format ? other_remedy : file_remedy);
     }
     const auto [major, minor] = object.get("version", pair);
     const std::string version = std::to_string(major) + "." + std::to_string(minor);
     if (major > model_format_version) {
         fail(context,
-             "its format version is " + version + ", and this btfield reads up to " +
+             "it is not supported: its format version is " + version + ", and this btfield reads up to " +
                  std::to_string(model_format_version) + "." + std::to_string(minor_version),
              newer_remedy);
     }
@@ -300,6 +321,15 @@ Provenance read_provenance(const json& value, const std::string& where, const Co
         Chromaticities& kept = provenance.chromaticities.emplace();
         if (given.size() != kept.size()) fail(context, object.path("chromaticities") + " has not 8 numbers");
         std::copy(given.begin(), given.end(), kept.begin());
+    }
+    if (object.has("limits")) {
+        const auto limit = [](const json& inner, const std::string& place, const Context& about) {
+            const std::string word = text(inner, place, about);
+            if (word != "none" && word != "low" && word != "high" && word != "both")
+                fail(about, place + " '" + printable(word) + "' is none of none, low, high and both");
+            return PlaneLimits{word == "low" || word == "both", word == "high" || word == "both"};
+        };
+        provenance.limits = object.get_list("limits", limit);
     }
     object.finish();
     return provenance;

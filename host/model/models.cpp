@@ -126,6 +126,7 @@ std::size_t parameter_count(const TextureModel& model) {
     for (const Marginal& marginal : model.marginals) count += marginal.values.size();
     const auto r = static_cast<std::size_t>(model.basis.rank), d = static_cast<std::size_t>(model.planes);
     if (!model.marginals.empty()) count += is_2d(model.kind) ? r : r * (r + 1) / 2;
+    count += model.basis.scale.size();
     return count + (model.basis.planes > 0 ? r * d - r * (r + 1) / 2 : 0);  // orthonormal rows
 }
 

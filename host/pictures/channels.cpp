@@ -162,6 +162,14 @@ void sort_wavelengths(const Texts& names, std::vector<int>& planes) {
 
 }  // namespace
 
+std::string kind_of_name(std::string_view name) {
+    if (wavelength_of(name)) return "nm";
+    const auto [before, role] = role_of(name);
+    if (role == '\0') return {};
+    return std::string(before) +
+           (std::string_view("RGB").find(role) != std::string_view::npos ? "RGB" : "XYZ");
+}
+
 std::optional<double> wavelength_of(std::string_view name) {
     std::string text = lower(name);
     double unit = 0.0;

@@ -41,4 +41,8 @@ void keep_planes(Picture& picture, const ChannelPlan& plan);
 /// Wavelength that a channel's name tells, in nanometres; nothing where it tells none.
 [[nodiscard]] std::optional<double> wavelength_of(std::string_view name);
 
+/// What the names of planes of one kind share: colours of one layer, its X, Y and Z, wavelengths. Empty for
+/// a name that says nothing of the kind.
+[[nodiscard]] std::string kind_of_name(std::string_view name);
+
 }  // namespace btfield::detail

@@ -103,4 +103,30 @@ Image Image::crop(int row, int column, Size size) const {
     return part;
 }
 
+Image Image::window(int row, int column, Size size) const {
+    if (planes_ < 1)
+        throw InputError("take a window of " + detail::compact_text_of(size) + " pixels",
+                         "the picture is empty", "give one with pixels");
+    Image part(size, planes_, space_);
+    part.names_ = names_;
+    const auto wrapped = [](long long value, int period) {
+        return static_cast<int>((value % period + period) % period);
+    };
+    for (int p = 0; p < planes_; ++p) {
+        for (int r = 0; r < size.height; ++r) {
+            const int from_row = wrapped(static_cast<long long>(row) + r, size_.height);
+            for (int c = 0; c < size.width;) {
+                const int from = wrapped(static_cast<long long>(column) + c, size_.width);
+                const int count = std::min(size.width - c, size_.width - from);
+                const auto values =
+                    plane(p).subspan(index(0, from_row, from), static_cast<std::size_t>(count));
+                std::copy(values.begin(), values.end(),
+                          part.plane(p).begin() + static_cast<std::ptrdiff_t>(part.index(0, r, c)));
+                c += count;
+            }
+        }
+    }
+    return part;
+}
+
 }  // namespace btfield

@@ -9,6 +9,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
+#include "host/base/text.hpp"
 #include "host/pictures/colour.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
@@ -59,20 +60,23 @@ void check_values(const Image& image, const Storage& storage, const std::string&
     }
 }
 
-/// Pixels with a value that the file must clamp.
-std::uintmax_t count_clamped(const Image& image, const Storage& storage) {
+/// Pixels with a value that the file must clamp, where the picture that it comes from had none at that limit.
+std::uintmax_t count_clamped(const Image& image, const Storage& storage,
+                             const std::vector<PlaneLimits>& limits) {
     const bool integer = storage.type == PixelType::uint8 || storage.type == PixelType::uint16;
     if (!integer && storage.format != PictureFormat::hdr) return 0;
-    const float high = integer ? 1.0F : std::numeric_limits<float>::max();
+    constexpr float most = std::numeric_limits<float>::max();
     std::uintmax_t count = 0;
     std::vector<char> outside(static_cast<std::size_t>(image.width()));
     for (int row = 0; row < image.height(); ++row) {
         std::fill(outside.begin(), outside.end(), char{0});
         for (int p = 0; p < image.planes(); ++p) {
             const float* values = &image.plane(p)[static_cast<std::size_t>(row) * outside.size()];
+            const PlaneLimits own = limits.empty() ? PlaneLimits{} : limits[static_cast<std::size_t>(p)];
+            const float low = own.low ? -most : 0.0F, high = integer && !own.high ? 1.0F : most;
             for (std::size_t x = 0; x < outside.size(); ++x) {
                 outside[x] =
-                    static_cast<char>(outside[x] | static_cast<char>(values[x] < 0.0F || values[x] > high));
+                    static_cast<char>(outside[x] | static_cast<char>(values[x] < low || values[x] > high));
             }
         }
         count += static_cast<std::uintmax_t>(std::count(outside.begin(), outside.end(), char{1}));
@@ -193,6 +197,16 @@ Picture read_picture(const fs::path& path, const ReadOptions& options) {
     return picture;
 }
 
+std::vector<PlaneLimits> plane_limits(const Image& image) {
+    std::vector<PlaneLimits> limits;
+    for (int p = 0; p < image.planes(); ++p) {
+        const std::span<const float> plane = image.plane(p);
+        const auto [low, high] = std::minmax_element(plane.begin(), plane.end());
+        limits.push_back({*low <= 0.0F, *high >= 1.0F});
+    }
+    return limits;
+}
+
 Picture read_picture(const fs::path& path, std::optional<Crop> crop) {
     return read_picture(path, ReadOptions{crop, {}, {}, false});
 }
@@ -200,6 +214,11 @@ Picture read_picture(const fs::path& path, std::optional<Crop> crop) {
 WriteReport write_picture(const fs::path& path, const Image& image, const WriteOptions& options) {
     const std::string asked = "write '" + path.string() + "'";
     Storage storage = storage_for(path, image.planes(), options.source, options.type, asked);
+    if (!options.limits.empty() && options.limits.size() != static_cast<std::size_t>(image.planes()))
+        throw InputError(asked,
+                         "limits of " + counted(options.limits.size(), "plane") + " are given for " +
+                             std::to_string(image.planes()),
+                         "give one of each, or none");
     WriteReport report;
     std::optional<Image> readable;
     const bool right = image.space() == ColourSpace::unspecified ||
@@ -221,14 +240,14 @@ WriteReport write_picture(const fs::path& path, const Image& image, const WriteO
         picture_codec(asked).encode(file.temporary(), stored, storage, asked);
     }
     file.commit();
-    report.clamped_pixels = count_clamped(stored, storage);
+    report.clamped_pixels = count_clamped(stored, storage, options.limits);
     tell_loss(stored, options.source, storage, report.remarks);
     return report;
 }
 
 WriteReport write_picture(const fs::path& path, const Image& image, PixelType source,
                           std::optional<PixelType> type) {
-    return write_picture(path, image, WriteOptions{source, type, false, {}});
+    return write_picture(path, image, WriteOptions{source, type, false, {}, {}});
 }
 
 void check_writable(const fs::path& path, int planes, PixelType source, std::optional<PixelType> type) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "btfield/error.hpp"
+#include "host/analysis/plane_kinds.hpp"
 #include "host/base/text.hpp"
 
 namespace btfield::detail {
@@ -76,9 +77,11 @@ Features features_of(std::span<const Image> sample) {
     const size_t pixels = area(features.size);
     const auto d = static_cast<size_t>(features.planes);
 
-    std::vector<double> means, deviations;  // of planes; of the picture that a plane belongs to
+    std::vector<double> means,
+        deviations;  // of planes; of the planes of a picture that are of one kind together
     for (const Image& picture : sample) {
-        double variance = 0.0;
+        const std::vector<int> kinds = plane_kinds(picture);
+        std::vector<double> variances(kinds.size(), 0.0);
         for (int p = 0; p < picture.planes(); ++p) {
             double sum = 0.0, squares = 0.0;
             for (const float v : picture.plane(p)) sum += static_cast<double>(v);
@@ -86,9 +89,10 @@ Features features_of(std::span<const Image> sample) {
             for (const float v : picture.plane(p))
                 squares += (static_cast<double>(v) - mean) * (static_cast<double>(v) - mean);
             means.push_back(mean);
-            variance += squares / static_cast<double>(pixels);
+            variances[static_cast<size_t>(kinds[static_cast<size_t>(p)])] +=
+                squares / static_cast<double>(pixels);
         }
-        deviations.insert(deviations.end(), static_cast<size_t>(picture.planes()), std::sqrt(variance));
+        for (const int kind : kinds) deviations.push_back(std::sqrt(variances[static_cast<size_t>(kind)]));
     }
     double largest = 0.0;
     const auto for_each_plane = [&](auto work) {

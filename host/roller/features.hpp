@@ -33,8 +33,8 @@ struct Features {
     [[nodiscard]] std::int64_t distance(std::size_t a, std::size_t b) const;
 };
 
-/// All planes of the pictures; the variances of the pictures count alike, and those of a picture's planes as
-/// they are.
+/// All planes of the pictures; variances of pictures and of unlike kinds of planes count alike, and those of
+/// a picture's planes of one kind as they are.
 /// \throws InputError as Roller's constructor says
 [[nodiscard]] Features features_of(std::span<const Image> sample);
 

@@ -24,7 +24,7 @@ constexpr int block_lengths = 4, usual_block = 96;
 
 void check(std::optional<Size> size, const RollerOptions& options, const std::string& asked) {
     if (size && std::min(size->height, size->width) < smallest_rolled_side)
-        throw InputError(asked, "a side is below " + std::to_string(smallest_rolled_side) + " pixels",
+        throw InputError(asked, "a side is below " + counted(smallest_rolled_side, "pixel"),
                          "ask for a larger one");
     if (!(options.tolerance >= 0.0) || !std::isfinite(options.tolerance))
         throw InputError(asked, "the tolerance is no number from 0 on", "give one, such as 0.1");
@@ -73,14 +73,14 @@ SourceMap Roller::quilt(Size size, const RollerOptions& options) {
     const Size sample = impl_->features.size;
     if (block < smallest_block || block > shorter(sample))
         throw InputError(
-            asked, "patches of " + std::to_string(block) + " pixels out of a sample of " + text_of(sample),
+            asked, "patches of " + counted(block, "pixel") + " out of a sample of " + text_of(sample),
             "give a block from " + std::to_string(smallest_block) + " to the sample's shorter side");
     const int overlap = options.overlap.value_or(block / 4);
     if (overlap < 2 || overlap > block / 2)
-        throw InputError(asked,
-                         "an overlap of " + std::to_string(overlap) + " pixels between patches of " +
-                             std::to_string(block),
-                         "give one from 2 to half of the patches' side");
+        throw InputError(
+            asked,
+            "an overlap of " + counted(overlap, "pixel") + " between patches of " + std::to_string(block),
+            "give one from 2 to half of the patches' side");
     return make_quilt(impl_->features, impl_->search, size, block, overlap, options);
 }
 
@@ -95,7 +95,7 @@ std::vector<SourceMap> Roller::tiles(int count, std::optional<Size> size, const 
     const int side = shorter(size.value_or(impl_->features.size));
     const int overlap = options.overlap.value_or(std::max(2, side / (size ? 8 : 12)));
     if (overlap < 2 || overlap > side / 2)
-        throw InputError(asked, "an overlap of " + std::to_string(overlap) + " pixels",
+        throw InputError(asked, "an overlap of " + counted(overlap, "pixel"),
                          "give one from 2 to half of the tile's shorter side");
     return make_tiles(impl_->features, impl_->search, count, size, overlap, options.seed, options.tolerance,
                       asked);

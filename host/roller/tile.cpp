@@ -7,6 +7,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/roller/canvas.hpp"
 #include "host/roller/minimum_cut.hpp"
 #include "host/roller/summed_area.hpp"
@@ -87,7 +88,7 @@ std::vector<int> tile_sides(std::optional<int> given, int sample, int length, in
             throw InputError(
                 asked,
                 "a side of " + std::to_string(*given) + " and an overlap of " + std::to_string(overlap) +
-                    " out of " + std::to_string(sample) + " pixels",
+                    " out of " + counted(sample, "pixel"),
                 "ask for at most " + std::to_string(most) + ", or for a quilt, which has any size");
         return {*given};
     }

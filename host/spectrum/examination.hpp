@@ -1,13 +1,10 @@
 #pragma once
 
 #include "btfield/certificate.hpp"
+#include "host/spectrum/certificate_text.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
 namespace btfield::detail {
-
-/// Of a certified model, variance over the data's: one of ten times the data's is no model of the data,
-/// though its field may exist. Such variance sits in a ring of near-singular frequencies (theory 7.3).
-inline constexpr double largest_variance_ratio = 10.0;
 
 /// A certificate with what else its evaluations give.
 struct Examination {

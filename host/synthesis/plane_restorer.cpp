@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/analysis/plane_kinds.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield::detail {
 
@@ -12,19 +14,18 @@ PlaneRestorer::PlaneRestorer(DeviceImpl& device, const SpectralBasis& basis,
                              std::span<const Marginal> marginals, std::span<const double> whitening)
     : device_(&device), planes_(basis.planes), rank_(basis.rank) {
     check(basis);
-    const std::string asked = "restore " + std::to_string(rank_) + " eigenplanes";
+    const std::string asked = "restore " + counted(rank_, "eigenplane");
     std::vector<float> tables;
     if (!marginals.empty()) {
         if (marginals.size() != static_cast<std::size_t>(rank_))
-            throw InputError(asked, "there are " + std::to_string(marginals.size()) + " marginals",
-                             "give one to each");
+            throw InputError(asked, "there are " + counted(marginals.size(), "marginal"), "give one to each");
         const std::vector<double>& first = marginals.front().values;
         for (const Marginal& marginal : marginals) {
             check(marginal);
             const std::vector<double>& q = marginal.values;
             if (q.size() != first.size())
                 throw InputError(asked,
-                                 "one marginal has " + std::to_string(first.size()) + " knots, another " +
+                                 "one marginal has " + counted(first.size(), "knot") + ", another " +
                                      std::to_string(q.size()),
                                  "give all the same number");
             for (std::size_t k = 0; k < q.size(); ++k) {
@@ -38,11 +39,11 @@ PlaneRestorer::PlaneRestorer(DeviceImpl& device, const SpectralBasis& basis,
     }
     tables_ = device.upload(tables);
     std::vector<float> numbers;
-    for (const double t : basis.matrix) numbers.push_back(static_cast<float>(t));
+    for (const double t : scaled_matrix(basis)) numbers.push_back(static_cast<float>(t));
     for (const double m : basis.mean) numbers.push_back(static_cast<float>(m));
     const auto r = static_cast<std::size_t>(rank_);
     if (!whitening.empty() && whitening.size() != r * r)
-        throw InputError(asked, "the whitening has " + std::to_string(whitening.size()) + " numbers",
+        throw InputError(asked, "the whitening has " + counted(whitening.size(), "number"),
                          "give " + std::to_string(r * r));
     for (std::size_t e = 0; e < r * r; ++e) {
         const double identity = e % (r + 1) == 0 ? 1.0 : 0.0;

@@ -12,7 +12,7 @@
 
 namespace btfield::detail {
 
-/// y = Tᵀ q(M x) + μ, pixel by pixel (kernels/synthesis/plane_restorer.cl).
+/// y = D Tᵀ q(M x) + μ, pixel by pixel (kernels/synthesis/plane_restorer.cl).
 class PlaneRestorer {
   public:
     /// \param marginals  one to each eigenplane, with equal numbers of knots, or none: then q(x) = x

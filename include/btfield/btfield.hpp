@@ -9,6 +9,7 @@
 #include "btfield/compound.hpp"        // IWYU pragma: export
 #include "btfield/control_field.hpp"   // IWYU pragma: export
 #include "btfield/criteria.hpp"        // IWYU pragma: export
+#include "btfield/curves.hpp"          // IWYU pragma: export
 #include "btfield/device.hpp"          // IWYU pragma: export
 #include "btfield/device_opencl.hpp"   // IWYU pragma: export
 #include "btfield/error.hpp"           // IWYU pragma: export

@@ -16,28 +16,30 @@ namespace btfield {
 struct Comparison {
     struct Plane {
         std::array<double, 2> mean{}, std{};
-        double std_ratio = 0.0;  ///< B / A
+        double std_ratio = 0.0;  ///< B / A; NaN where A is constant
     };
     std::vector<Plane> planes;
-    /// Mean over planes i and lags s of |C_ii^A(s) − C_ii^B(s)| / C_ii^A(0), s from probe_lags of both sizes.
+    /// Mean over planes i that vary in A and lags s of |C_ii^A(s) − C_ii^B(s)| / C_ii^A(0), s from
+    /// probe_lags of both sizes.
     double lag_covariance_error = 0.0;
     /// ‖C^A(0) − C^B(0)‖_F / ‖C^A(0)‖_F.
     double spectral_covariance_error = 0.0;
 };
 
 /// Sizes may differ, planes may not.
-/// \throws InputError when a picture is empty, the numbers of planes differ or a plane of A is constant
+/// \throws InputError when a picture is empty, the numbers of planes differ or A is constant
 [[nodiscard]] BTFIELD_API Comparison compare(const Image& a, const Image& b);
 
 /// How far the histograms are apart: per plane the root mean square over u in (0, 1) of q_A(u) − q_B(u), q
 /// the quantile functions, in units of A's standard deviation (theory 15.4). 0 where both planes hold the
-/// same values in the same proportions. Sizes may differ.
+/// same values in the same proportions; NaN where A is constant. Sizes may differ.
 /// \throws InputError as compare() does
 [[nodiscard]] BTFIELD_API std::vector<double> quantile_errors(const Image& a, const Image& b);
 
 /// What covariances and histograms do not see (theory 15.5): how far the 8 × 8 patches of the pictures are
 /// apart, at three scales, in A's deviations. 0 for the same picture; halves of one texture have 0.02 to 0.1,
-/// random fields of pictures with shapes 0.1 to 0.3. Sizes may differ. NaN where a side is below 8.
+/// random fields of pictures with shapes 0.1 to 0.3. Planes that are constant in A do not count. Sizes may
+/// differ. NaN where a side is below 8.
 /// \throws InputError as compare() does
 [[nodiscard]] BTFIELD_API double structure_distance(const Image& a, const Image& b);
 

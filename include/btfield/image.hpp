@@ -85,6 +85,10 @@ class BTFIELD_API Image {
     /// Copy of the rectangle, with names and space; it does not wrap.
     /// \throws InputError when it is empty or leaves the picture
     [[nodiscard]] Image crop(int row, int column, Size size) const;
+    /// Part of the plane that the picture tiles: pixel (r, c) is (row + r, column + c) modulo the picture's
+    /// sides. Any place and size.
+    /// \throws InputError when it or the picture is empty
+    [[nodiscard]] Image window(int row, int column, Size size) const;
 
   private:
     [[nodiscard]] std::size_t index(int p, int row, int column) const {

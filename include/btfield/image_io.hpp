@@ -76,10 +76,18 @@ struct ReadOptions {
 [[nodiscard]] BTFIELD_API Picture read_picture(const std::filesystem::path& path,
                                                std::optional<Crop> crop = {});
 
+/// Whether values of a plane reach the ends of [0, 1], or lie beyond.
+struct PlaneLimits {
+    bool low = false, high = false;
+    friend bool operator==(const PlaneLimits&, const PlaneLimits&) = default;
+};
+/// Of each plane of the picture.
+[[nodiscard]] BTFIELD_API std::vector<PlaneLimits> plane_limits(const Image& image);
+
 /// What happened to values on the way to the file.
 struct WriteReport {
     /// Pixels with at least one value outside [0, 1]; in an HDR file, which holds no sign, below 0; else 0.
-    /// Of the values as they are stored.
+    /// Of the values as they are stored, without those at limits that WriteOptions::limits has.
     std::uintmax_t clamped_pixels = 0;
     /// Conversions that may surprise and losses, as Picture::remarks.
     std::vector<std::string> remarks;
@@ -97,6 +105,9 @@ struct WriteOptions {
     bool keep_values = false;
     /// Linear colours in EXR and HDR are stored in these primaries, and the file says so.
     std::optional<Chromaticities> chromaticities;
+    /// Of the picture that this one comes from: where its own planes were cut off, that of the texture is no
+    /// loss to count. Empty, or one per plane.
+    std::vector<PlaneLimits> limits = {};
 };
 
 /// Writes all planes. Unless values are kept, colours become what the file's readers take them for: sRGB in

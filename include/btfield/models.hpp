@@ -139,6 +139,8 @@ struct Provenance {
     /// Of the picture's file, where they are not those of its colour space: EXR and HDR textures are written
     /// in them again.
     std::optional<Chromaticities> chromaticities = {};
+    /// Which planes of the picture reach 0 or 1; empty where that is not known, or none does.
+    std::vector<PlaneLimits> limits = {};
 };
 
 /// Everything that synthesis needs.

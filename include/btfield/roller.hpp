@@ -51,9 +51,9 @@ struct RollerOptions {
     std::function<void(double)> progress;
 };
 
-/// Cuts one sample. Patches are compared on the planes of all its pictures, whose variances count alike, in
-/// integers of 11 bits: a choice is the same on every device. Any number of threads may roll at a time; they
-/// take turns at the search.
+/// Cuts one sample. Patches are compared on the planes of all its pictures, in integers of 11 bits: a choice
+/// is the same on every device. Variances of pictures, and of unlike kinds of planes in one (theory 3),
+/// count alike. Any number of threads may roll at a time; they take turns at the search.
 class BTFIELD_API Roller {
   public:
     /// \param sample pictures of one size, registered: colour, height, labels, ...

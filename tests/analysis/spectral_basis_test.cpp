@@ -154,6 +154,62 @@ TEST(SpectralBasis, TurnedStatisticIsThatOfTheEigenplanes) {
     }
 }
 
+TEST(SpectralBasis, TakesUnitsOfUnlikePlanesAway) {
+    Image image = correlated({40, 50}, 4);
+    const SpectralBasis plain = spectral_basis(image);
+    ASSERT_EQ(plain.scale.size(), 4U);
+    const std::array<double, 4> units{1.0, 1e-6, 634.0, 2e4};
+    Image other = image;
+    for (int p = 0; p < 4; ++p)
+        for (float& v : other.plane(p))
+            v = static_cast<float>(units[static_cast<std::size_t>(p)] * static_cast<double>(v));
+    const SpectralBasis basis = spectral_basis(other);
+    EXPECT_EQ(basis.rank, 4);
+    for (std::size_t p = 0; p < 4; ++p) EXPECT_NEAR(basis.scale[p] / plain.scale[p] / units[p], 1.0, 1e-6);
+    const Image a = to_eigenplanes(plain, image), b = to_eigenplanes(basis, other);
+    for (std::size_t n = 0; n < a.values().size(); ++n) ASSERT_NEAR(a.values()[n], b.values()[n], 1e-4F);
+    const Image back = from_eigenplanes(basis, b, ColourSpace::unspecified);
+    for (int p = 0; p < 4; ++p)
+        for (std::size_t n = 0; n < area(back.size()); ++n)
+            ASSERT_NEAR(back.plane(p)[n] / units[static_cast<std::size_t>(p)],
+                        other.plane(p)[n] / units[static_cast<std::size_t>(p)], 1e-5);
+    // Colours keep their proportions.
+    Image colour = correlated({40, 50}, 3);
+    colour.set_space(ColourSpace::srgb);
+    EXPECT_TRUE(spectral_basis(colour).scale.empty());
+}
+
+TEST(SpectralBasis, NamesMakePlanesOneKind) {
+    Image image = correlated({20, 20}, 6);
+    for (float& v : image.plane(1)) v *= 3.0F;
+    for (float& v : image.plane(3)) v *= 1000.0F;
+    image.set_names({"diffuse.R", "diffuse.G", "diffuse.B", "height", "450nm", "550nm"});
+    const std::vector<double> scale = spectral_basis(image).scale;
+    EXPECT_EQ(scale[0], scale[1]);
+    EXPECT_EQ(scale[0], scale[2]);
+    EXPECT_NE(scale[0], scale[3]);
+    EXPECT_EQ(scale[4], scale[5]);
+    EXPECT_NE(scale[4], scale[0]);
+    image.set_names({"400nm", "450nm", "500nm", "550nm", "600nm", "650nm"});
+    EXPECT_TRUE(spectral_basis(image).scale.empty());
+}
+
+TEST(SpectralBasis, VaryingPlanesLeaveConstantOnesOut) {
+    Image image = correlated({20, 20}, 3);
+    image.set_space(ColourSpace::linear);
+    EXPECT_EQ(varying_planes(image).planes, 0);
+    std::ranges::fill(image.plane(1), 7.0F);
+    const SpectralBasis basis = varying_planes(image);
+    EXPECT_EQ(basis.rank, 2);
+    EXPECT_EQ(basis.matrix, (std::vector<double>{1, 0, 0, 0, 0, 1}));
+    EXPECT_TRUE(basis.scale.empty());
+    const Image back = from_eigenplanes(basis, to_eigenplanes(basis, image), ColourSpace::linear);
+    for (std::size_t n = 0; n < back.values().size(); ++n)
+        ASSERT_NEAR(back.values()[n], image.values()[n], 1e-6F);
+    image.set_space(ColourSpace::unspecified);
+    EXPECT_EQ(varying_planes(image).scale.size(), 3U);
+}
+
 TEST(SpectralBasis, RefusesPicturesWithoutOne) {
     EXPECT_THROW((void)spectral_basis(Image()), InputError);
     Image constant({8, 8}, 3);

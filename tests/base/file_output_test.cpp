@@ -41,17 +41,31 @@ bool contains(const std::string& text, std::string_view part) {
     return text.find(part) != std::string::npos;
 }
 
-TEST(file_output, appears_only_with_commit) {
+/// Whether the file under construction has a hidden name in its folder, as where it cannot be without.
+class FileOutputNames : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(HiddenOrNone, FileOutputNames, testing::Bool());
+
+TEST_P(FileOutputNames, appears_only_with_commit) {
     const TemporaryFolder folder;
-    FileOutput output(folder / "a.png", "write 'a.png'");
-    EXPECT_EQ(output.temporary().parent_path(), folder.path());
-    EXPECT_EQ(output.temporary().extension(), ".png");
-    EXPECT_EQ(output.temporary().filename().string().front(), '.');
-    put_bytes(output.temporary(), "complete");
-    EXPECT_FALSE(fs::exists(folder / "a.png"));
-    output.commit();
-    EXPECT_EQ(folder.names(), Names{"a.png"});
-    EXPECT_EQ(bytes_of(folder / "a.png"), "complete");
+    for (const std::string_view old : {"", "old"}) {
+        if (!old.empty()) put_bytes(folder / "a.png", old);
+        FileOutput output(folder / "a.png", "write 'a.png'", GetParam());
+        put_bytes(output.temporary(), "complete");
+        for (const std::string& name : folder.names())
+            EXPECT_TRUE(name == "a.png" || (GetParam() && name.front() == '.')) << name;
+        EXPECT_EQ(fs::exists(folder / "a.png"), !old.empty());
+        output.commit();
+        EXPECT_EQ(folder.names(), Names{"a.png"});
+        EXPECT_EQ(bytes_of(folder / "a.png"), "complete");
+    }
+}
+
+TEST_P(FileOutputNames, no_writer_brings_back_what_is_removed) {
+    const TemporaryFolder folder;
+    const FileOutput output(folder / "a.png", "write", GetParam());
+    for (const std::string& name : folder.names()) fs::remove(folder / name);
+    put_bytes(output.temporary(), "late");
+    EXPECT_TRUE(folder.names().empty());
 }
 
 TEST(file_output, leaves_nothing_without_commit) {
@@ -86,13 +100,13 @@ TEST(file_output, steps_over_what_a_killed_process_left) {
     const TemporaryFolder folder;
     std::string next;
     {
-        const FileOutput output(folder / "a.png", "write");
-        next = output.temporary().stem().string();
+        const FileOutput output(folder / "a.png", "write", true);
+        next = folder.names().front();
     }
     const std::size_t dash = next.rfind('-');
-    next = next.substr(0, dash + 1) + std::to_string(std::stoi(next.substr(dash + 1)) + 1) + ".png";
+    next = next.substr(0, dash + 1) + std::to_string(std::stoi(next.substr(dash + 1)) + 1);
     put_bytes(folder / next, "somebody else's");
-    { const FileOutput output(folder / "a.png", "write"); }
+    { const FileOutput output(folder / "a.png", "write", true); }
     EXPECT_EQ(folder.names(), Names{next});
     EXPECT_EQ(bytes_of(folder / next), "somebody else's");
 }
@@ -158,6 +172,21 @@ TEST(file_output, devices_are_written_into) {
     EXPECT_STREQ(text, "through");
     EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
     EXPECT_EQ(folder.names(), (Names{"full.png", "pipe"}));
+}
+
+TEST(file_output, open_files_are_written_on) {
+    const TemporaryFolder folder;
+    const int file = ::open((folder / "out").c_str(), O_WRONLY | O_CREAT, 0666);
+    ASSERT_GE(file, 0);
+    ASSERT_EQ(::write(file, "before ", 7), 7);
+    const std::string name = "/dev/fd/" + std::to_string(file);
+    write_file(name, "the bytes ", "write");
+    fs::create_symlink("/proc/self/fd/" + std::to_string(file), folder / "link.json");
+    write_file(folder / "link.json", "twice", "write");
+    EXPECT_EQ(::close(file), 0);
+    EXPECT_EQ(bytes_of(folder / "out"), "before the bytes twice");
+    EXPECT_TRUE(contains(failure([&] { check_output(name, "write 'x'"); }), "write 'x': Bad file"));
+    EXPECT_EQ(folder.names(), (Names{"link.json", "out"}));
 }
 
 TEST(file_output, refuses_what_is_no_file) {

@@ -140,7 +140,7 @@ offers 'btfield --verbose inf' btfield --verbose inf
               "full diagonal\n"
               "\n"
               "\n"
-              "--json --help --verbose --threads --memory\n"
+              "--json --help --verbose --quiet --threads --memory\n"
               "\n"
               "info\n");
 }

@@ -135,8 +135,8 @@ TEST_F(CliCompound, Edits) {
     const json hex = expect_object(
         {"compound", "edit", at("bark.json"), "-o", at("hex.json"), "--region", "0", "--colour", "#ff0080"});
     EXPECT_NEAR(hex["regions"][0]["colour"][2].get<double>(), 128.0 / 255.0, 1e-9);
-    const json flat =
-        expect_object({"compound", "edit", at("bark.json"), "-o", at("bark.json"), "--contrast", "0.5"});
+    const json flat = expect_object(
+        {"compound", "edit", at("bark.json"), "-o", at("bark.json"), "--contrast", "0.5", "--overwrite"});
     for (const json& region : flat["regions"]) EXPECT_NEAR(region["contrast"].get<double>(), 0.5, 1e-9);
     const json other = expect_object({"compound", "edit", at("bark.json"), "-o", at("mixed.json"), "--region",
                                       "1", "--from", at("rock.json") + ":3"});

@@ -2,7 +2,6 @@
 // mpirun.
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,6 +29,7 @@ using nlohmann::json;
 using test::comparable_rows;
 using test::Ended;
 using test::run_program;
+using test::Running;
 using test::small_experiment;
 using test::Surroundings;
 using test::TemporaryFolder;
@@ -42,35 +42,6 @@ Words experiment(Words words) {
     words.insert(words.begin(), {BTFIELD_CLI, "experiment"});
     return words;
 }
-
-/// The program beside this one.
-class Running {
-  public:
-    Running(Words words, const fs::path& folder)
-        : words_(std::move(words)),
-          out_((folder / "child-out").string()),
-          err_((folder / "child-err").string()) {
-        std::vector<char*> arguments;
-        for (std::string& word : words_) arguments.push_back(word.data());
-        arguments.push_back(nullptr);
-        const Surroundings around;
-        child_ = ::fork();
-        if (child_ == 0) test::become(arguments.data(), around, out_.c_str(), err_.c_str());
-    }
-    void kill(int signal) const { ::kill(child_, signal); }
-    /// 128 + signal, or the exit code.
-    int wait() {
-        int status = 0;
-        ::waitpid(child_, &status, 0);
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    }
-    [[nodiscard]] std::string err() const { return test::bytes_of(err_); }
-
-  private:
-    Words words_;
-    std::string out_, err_;
-    pid_t child_ = -1;
-};
 
 std::size_t rows_so_far(const fs::path& database) {
     try {

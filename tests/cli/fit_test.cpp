@@ -191,5 +191,48 @@ TEST(CliFit, WrongWords) {
     EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(CliFit, FoldersAreMade) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    const std::string grass = data + "/grass.png";
+    const Words quick{"--levels", "1", "--order", "1", "--crop", "0,0,64,64"};
+    const auto fit = [&](Words words) {
+        words.insert(words.begin(), "fit");
+        words.insert(words.end(), quick.begin(), quick.end());
+        return btfield(words, here);
+    };
+    EXPECT_EQ(fit({grass, "-o", "a/b/"}).code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "a/b/grass.json"));
+    EXPECT_EQ(fit({grass, picture, "-o", "models"}).code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "models/sand.json"));
+    EXPECT_EQ(fit({grass, picture, "-o", "models.json"}).code, 2);
+    EXPECT_EQ(fit({grass, "-o", "models/grass.json/"}).code, 1);
+    // What fails leaves no folder behind, and takes none away that was there.
+    EXPECT_EQ(fit({"nothing.png", "-o", "c/d/"}).code, 1);
+    EXPECT_EQ(fit({"nothing.png", "-o", "a/e/"}).code, 1);
+    EXPECT_EQ(folder.names(), (Words{"a", "models"}));
+    EXPECT_FALSE(std::filesystem::exists(folder / "a/e"));
+}
+
+TEST(CliFit, EndsWithSentences) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    const Ended shapes = btfield({"fit", data + "/bark.png", "-o", "m.json"}, here);
+    EXPECT_EQ(shapes.code, 0) << shapes.err;
+    EXPECT_NE(shapes.out.find("\nIt keeps means and colours, histograms, and correlations of pixels to "),
+              std::string::npos)
+        << shapes.out;
+    EXPECT_NE(shapes.out.find("\nIt loses shapes: structure distance 0."), std::string::npos) << shapes.out;
+    EXPECT_NE(shapes.out.find("'btfield compound fit " + data + "/bark.png"), std::string::npos);
+    // A texture of a random field has no shapes to lose.
+    ASSERT_EQ(btfield({"fit", data + "/cork.png", "-o", "cork.json", "--json"}, here).code, 0);
+    ASSERT_EQ(btfield({"synth", "cork.json", "-o", "grain.png"}, here).code, 0);
+    const Ended grain = btfield({"fit", "grain.png", "-o", "g.json"}, here);
+    EXPECT_NE(grain.out.find("It keeps means and colours, histograms"), std::string::npos) << grain.out;
+    EXPECT_EQ(grain.out.find("It loses"), std::string::npos) << grain.out;
+    const Ended plain = btfield({"fit", "grain.png", "-o", "g.json", "--marginals", "none"}, here);
+    EXPECT_NE(plain.out.find("It keeps means and colours, and correlations"), std::string::npos) << plain.out;
+}
+
 }  // namespace
 }  // namespace btfield

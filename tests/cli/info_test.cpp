@@ -44,5 +44,19 @@ TEST(CliInfo, SaysWhatWasChosenAndWhy) {
     EXPECT_EQ(test::parsed(info.out)["reasons"], object["reasons"]);
 }
 
+TEST(CliInfo, SeveralModels) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    test::put_model(folder / "a.json");
+    test::put_model(folder / "b.json", test::example_model(ModelKind::msar2d, 1, 1));
+    const json object = test::expect_object({"info", "a.json", "b.json"}, here);
+    ASSERT_EQ(object["models"].size(), 2U);
+    EXPECT_EQ(object["models"][0], test::expect_object({"info", "a.json"}, here));
+    EXPECT_EQ(object["models"][1]["model"], "2d-msar");
+    const Ended text = btfield({"info", "a.json", "b.json"}, here);
+    EXPECT_EQ(text.out, btfield({"info", "a.json"}, here).out + "\n" + btfield({"info", "b.json"}, here).out);
+    test::expect_failure({"info", "a.json", "c.json"}, 1, "c.json", here);
+}
+
 }  // namespace
 }  // namespace btfield

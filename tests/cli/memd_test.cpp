@@ -74,7 +74,8 @@ TEST(CliMemd, MapsLocalErrors) {
 
 TEST(CliMemd, HdrPictures) {
     const std::string xyz = data + "/cork-xyz.exr";
-    const Ended unlike = btfield({"memd", xyz, data + "/cork.png", "--white", "2", "--metric", "l2", "--json"});
+    const Ended unlike =
+        btfield({"memd", xyz, data + "/cork.png", "--white", "2", "--metric", "l2", "--json"});
     EXPECT_NE(unlike.err.find("numbers are compared as they are"), std::string::npos) << unlike.err;
     ASSERT_EQ(unlike.code, 0);
     const json one = json::parse(unlike.out);

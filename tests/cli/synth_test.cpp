@@ -196,5 +196,48 @@ TEST_F(CliSynth, Raster) {
     expect_refusal({"m.json", "-o", "out/t.png", "--method", "diagonal"}, 2, "torus|raster");
 }
 
+TEST_F(CliSynth, OneNumberIsASquare) {
+    put("m.json", ModelKind::car3d, 1);
+    EXPECT_EQ(grow({"m.json", "-o", "out/a.png", "--size", "48"})["size"], json::array({48, 48}));
+}
+
+TEST_F(CliSynth, WindowsOfOnePlaneContinueEachOther) {
+    put("m.json", ModelKind::car3d, 3, PixelType::float32);
+    const json all = grow({"m.json", "-o", "out/all.tif", "--size", "96x64", "--offset", "0,0"});
+    EXPECT_EQ(all["period"], json::array({96, 64}));
+    EXPECT_EQ(all["tileable"], true);
+    const Image plane = read_picture(folder_ / "out/all.tif").image;
+    EXPECT_EQ(plane.values()[7], (grow({"m.json", "-o", "out/plain.tif", "--size", "96x64"}),
+                                  read_picture(folder_ / "out/plain.tif").image.values()[7]));
+    const json part = grow(
+        {"m.json", "-o", "out/part.tif", "--size", "50x20", "--period", "96x64", "--offset", "-30,1000"});
+    EXPECT_EQ(part["offset"], json::array({1000, -30}));
+    EXPECT_EQ(part["tileable"], false);
+    const Image window = read_picture(folder_ / "out/part.tif").image,
+                expected = plane.window(1000, -30, {20, 50});
+    for (std::size_t k = 0; k < window.values().size(); ++k)
+        ASSERT_EQ(window.values()[k], expected.values()[k]);
+    // A period that does not suit the pyramid becomes the next that does.
+    const json odd = grow({"m.json", "-o", "out/odd.png", "--size", "50x21", "--offset", "3,4"});
+    EXPECT_GE(odd["period"][0], 50);
+    EXPECT_EQ(odd["period"][0].get<int>() % 2, 0);
+    EXPECT_EQ(odd["size"], json::array({50, 21}));
+    std::filesystem::remove_all(folder_ / "out");
+    std::filesystem::create_directory(folder_ / "out");
+    expect_refusal({"m.json", "-o", "out/a.png", "--period", "64"}, 2, "--period goes with --offset");
+    expect_refusal({"m.json", "-o", "out/a.png", "--offset", "3"}, 2, "--offset: '3' is not X,Y");
+    expect_refusal({"m.json", "-o", "out/a.png", "--offset", "3,4", "--method", "raster"}, 2, "raster");
+}
+
+TEST_F(CliSynth, QuietSaysNothing) {
+    put("m.json", ModelKind::car3d, 1);
+    const Ended ended = synth({"m.json", "-o", "out/a.png", "--quiet"});
+    EXPECT_EQ(ended.code, 0);
+    EXPECT_EQ(ended.out + ended.err, "");
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out/a.png"));
+    EXPECT_EQ(btfield({"-q", "info", "m.json"}, here_).out, btfield({"info", "m.json"}, here_).out);
+    EXPECT_NE(synth({"m.json", "-o", "out/a.png", "-q", "--json"}).out, "");
+}
+
 }  // namespace
 }  // namespace btfield

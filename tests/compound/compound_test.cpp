@@ -90,6 +90,7 @@ CompoundModel made_compound(const ControlField& field) {
     CompoundModel model;
     model.size = field.size;
     model.planes = 3;
+    model.space = ColourSpace::linear;  // planes of one kind: kernels are those of the planes as they are
     model.borders = Borders::none;
     model.control = field;
     model.mean = {0.0, 0.0, 0.0};

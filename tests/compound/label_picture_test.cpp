@@ -368,7 +368,7 @@ TEST(LabelPicture, RefusesWhatHoldsNoLabels) {
     EXPECT_TRUE(says(read_failure(folder / "a.png", palette),
                      "it has 3 planes of type uint16; give a picture of 8 bits"));
     write_picture(folder / "a.png", grey(field_of({4, 4}, 3)), PixelType::uint16);
-    EXPECT_TRUE(says(read_failure(folder / "a.png", palette), "it has 1 planes of type uint16"));
+    EXPECT_TRUE(says(read_failure(folder / "a.png", palette), "it has 1 plane of type uint16"));
     write_picture(folder / "a.exr", image);
     EXPECT_TRUE(says(read_failure(folder / "a.exr", palette), "it has 3 planes of type half"));
     write_picture(folder / "five.tif", Image({4, 4}, 5));

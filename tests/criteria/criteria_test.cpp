@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
 #include "btfield/error.hpp"
+#include "tests/device_cases.hpp"
 
 namespace btfield {
 namespace {
@@ -136,11 +138,10 @@ TEST(criteria, refuses_what_cannot_be_compared) {
     const Image grey = one_plane({8, 8}, checks);
     EXPECT_EQ(
         message(grey, Image({8, 8}, 3)),
-        "compare two pictures: the first has 1 planes, the second 3; give pictures with the same number of "
+        "compare two pictures: the first has 1 plane, the second 3; give pictures with the same number of "
         "planes");
-    EXPECT_EQ(
-        message(one_plane({8, 8}, [](int, int) { return 0.1; }), grey),
-        "compare two pictures: plane 0 of the first is constant; give a reference whose every plane varies");
+    EXPECT_EQ(message(one_plane({8, 8}, [](int, int) { return 0.1; }), grey),
+              "compare two pictures: the first is constant; give a reference that varies");
     EXPECT_EQ(message(grey, Image()), "compare two pictures: one of them is empty; give two pictures");
     EXPECT_EQ(message(Image(), grey), "compare two pictures: one of them is empty; give two pictures");
 }
@@ -150,6 +151,19 @@ TEST(criteria, a_constant_second_picture_is_an_answer) {
         compare(one_plane({4, 4}, checks), one_plane({4, 4}, [](int, int) { return 0.5; }));
     EXPECT_NEAR(result.planes[0].std_ratio, 0.0, rounding);
     EXPECT_NEAR(result.lag_covariance_error, 1.0, rounding);
+}
+
+TEST(criteria, constant_planes_of_the_reference_do_not_count) {
+    Image a({32, 32}, 2), b({32, 32}, 2);
+    const Image one = one_plane({32, 32}, checks), other = test::mixed_texture({32, 32}, 1, 3);
+    std::ranges::copy(one.plane(0), a.plane(1).begin());
+    std::ranges::copy(other.plane(0), b.plane(1).begin());
+    const Comparison both = compare(a, b), single = compare(one, other);
+    EXPECT_TRUE(std::isnan(both.planes[0].std_ratio));
+    EXPECT_NEAR(both.lag_covariance_error, single.lag_covariance_error, rounding);
+    EXPECT_TRUE(std::isnan(quantile_errors(a, b)[0]));
+    EXPECT_EQ(quantile_errors(a, b)[1], quantile_errors(one, other)[0]);
+    EXPECT_EQ(structure_distance(a, b), structure_distance(one, other));
 }
 
 TEST(criteria, not_a_number_stays_one) {

@@ -169,7 +169,7 @@ TEST(Memd, RefusesWhatHasNoAnswer) {
         return std::string("no error");
     };
     const Image good = grey({1, 2});
-    EXPECT_NE(message(good, Image({1, 2}, 3)).find("1 planes, B 3"), std::string::npos);
+    EXPECT_NE(message(good, Image({1, 2}, 3)).find("1 plane, B 3"), std::string::npos);
     EXPECT_NE(message(Image(), good).find("empty"), std::string::npos);
     EXPECT_NE(message(good, Image()).find("planes"), std::string::npos);
     for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),

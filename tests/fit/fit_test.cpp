@@ -3,13 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "btfield/synthesis.hpp"
 #include "btfield/theory.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/reference/fields.hpp"
@@ -46,13 +50,81 @@ TEST(Fit, SaysHowManyLevelsFit) {
     EXPECT_NE(message(test::mixed_texture({40, 40}, 1, 1), options), "");
 }
 
-TEST(Fit, RefusesConstantPlanesAndUndefinedPixels) {
+/// Standard deviations of the planes.
+std::vector<double> deviations(const Image& image) {
+    std::vector<double> result;
+    for (int p = 0; p < image.planes(); ++p) {
+        double sum = 0.0, squares = 0.0;
+        for (const float v : image.plane(p)) sum += static_cast<double>(v);
+        sum /= static_cast<double>(area(image.size()));
+        for (const float v : image.plane(p)) squares += std::pow(static_cast<double>(v) - sum, 2.0);
+        result.push_back(std::sqrt(squares / static_cast<double>(area(image.size()))));
+    }
+    return result;
+}
+
+TEST(Fit, GivesConstantPlanesBack) {
+    for (const ColourSpace space : {ColourSpace::srgb, ColourSpace::unspecified}) {
+        Image image = test::mixed_texture({64, 64}, 3, 1);
+        image.set_space(space);
+        std::fill(image.plane(1).begin(), image.plane(1).end(), 0.25F);
+        for (const ModelKind kind : {ModelKind::car3d, ModelKind::msar2d, ModelKind::mmrf3d})
+            for (const MarginalMode marginals : {MarginalMode::match, MarginalMode::none}) {
+                FitOptions options;
+                options.model = kind;
+                options.marginals = marginals;
+                options.levels = 1;
+                if (kind != ModelKind::car3d) options.neighbourhood = NeighbourhoodKind::symmetric;
+                const TextureModel model = fit(device(), image, options);
+                EXPECT_EQ(model.planes, 3);
+                EXPECT_EQ(modelled_planes(model), 2);
+                const Image texture = Synthesiser(device(), model, {96, 96}).synthesise(1);
+                for (const float v : texture.plane(1)) ASSERT_EQ(v, 0.25F);
+                const std::vector<double> own = deviations(texture), picture = deviations(image);
+                EXPECT_NEAR(own[0] / picture[0], 1.0, 0.15) << name(kind) << ' ' << name(marginals);
+                EXPECT_NEAR(own[2] / picture[2], 1.0, 0.15) << name(kind) << ' ' << name(marginals);
+            }
+    }
+}
+
+TEST(Fit, UnitsOfPlanesChangeNothing) {
+    const Image image = test::mixed_texture({64, 64}, 4, 1);
+    const std::array units{1.0F, 1e-5F, 2.1e4F, 634.0F};
+    Image other = image;
+    for (int p = 0; p < 4; ++p)
+        for (float& v : other.plane(p))
+            v = v * units[static_cast<std::size_t>(p)] + 3.0F * units[static_cast<std::size_t>(p)];
+    for (const ModelKind kind : {ModelKind::car3d, ModelKind::car2d, ModelKind::pmrf3d})
+        for (const MarginalMode marginals : {MarginalMode::match, MarginalMode::none}) {
+            FitOptions options;
+            options.model = kind;
+            options.marginals = marginals;
+            options.levels = 2;
+            if (kind == ModelKind::pmrf3d) options.neighbourhood = NeighbourhoodKind::symmetric;
+            const TextureModel a = fit(device(), image, options), b = fit(device(), other, options);
+            EXPECT_EQ(a.basis.scale.size(), 4U);
+            const Image x = Synthesiser(device(), a, {64, 64}).synthesise(1);
+            const Image y = Synthesiser(device(), b, {64, 64}).synthesise(1);
+            const std::vector<double> deviation = deviations(x);
+            for (int p = 0; p < 4; ++p) {
+                const auto q = static_cast<std::size_t>(p);
+                double worst = 0.0;
+                for (std::size_t n = 0; n < area(x.size()); ++n)
+                    worst = std::max(worst, std::abs(static_cast<double>(y.plane(p)[n] / units[q] - 3.0F -
+                                                                         x.plane(p)[n])));
+                EXPECT_LT(worst, 2e-3 * deviation[q])
+                    << name(kind) << ' ' << name(marginals) << " plane " << p;
+            }
+        }
+}
+
+TEST(Fit, RefusesConstantPicturesAndUndefinedPixels) {
     FitOptions options;
     options.levels = 1;
     options.marginals = MarginalMode::none;
     Image image = test::mixed_texture({40, 40}, 2, 1);
-    std::fill(image.plane(1).begin(), image.plane(1).end(), 0.25F);
-    EXPECT_NE(message(image, options).find("plane 2 is constant"), std::string::npos);
+    for (int p = 0; p < 2; ++p) std::fill(image.plane(p).begin(), image.plane(p).end(), 0.25F);
+    EXPECT_NE(message(image, options).find("all its pixels are equal"), std::string::npos);
     image = test::mixed_texture({40, 40}, 2, 1);
     image.at(0, 3, 3) = std::nanf("");
     EXPECT_NE(message(image, options).find("plane 1"), std::string::npos);
@@ -110,7 +182,8 @@ TEST(Fit, LikelihoodIsTheGaussianOneOnTheTorus) {
     // Small enough for the exact density of the stacked vector: −½ (N ln 2π + ln det Σ_Y + yᵀ Σ_Y⁻¹ y) /
     // pixels.
     const Size size{14, 16};
-    const Image image = test::mixed_texture(size, 2, 21);
+    Image image = test::mixed_texture(size, 2, 21);
+    image.set_space(ColourSpace::linear);  // planes of one kind are modelled in their own units
     FitOptions options;
     options.levels = 1;
     options.order = 1;

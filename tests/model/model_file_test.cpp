@@ -59,6 +59,7 @@ void expect_same(const TextureModel& a, const TextureModel& b) {
     EXPECT_EQ(a.basis.rank, b.basis.rank);
     expect_bits(a.basis.matrix, b.basis.matrix);
     expect_bits(a.basis.mean, b.basis.mean);
+    expect_bits(a.basis.scale, b.basis.scale);
     ASSERT_EQ(a.marginals.size(), b.marginals.size());
     for (std::size_t i = 0; i < a.marginals.size(); ++i)
         expect_bits(a.marginals[i].values, b.marginals[i].values);
@@ -131,6 +132,38 @@ TEST(ModelFile, RoundTripsBitForBit) {
         }
         expect_same(from_json(to_json(model)), model);
     }
+}
+
+TEST(ModelFile, KeepsLimits) {
+    TextureModel model = example_model(ModelKind::car3d, 3, 1);
+    model.provenance.limits = {{true, false}, {}, {true, true}};
+    EXPECT_EQ(from_json(to_json(model)).provenance.limits, model.provenance.limits);
+    json value = test::parsed(to_json(model));
+    EXPECT_EQ(value["provenance"]["limits"], (json{"low", "none", "both"}));
+    value["provenance"]["limits"][1] = "some";
+    expect_refused(value.dump(), "limits[1]");
+    value["provenance"]["limits"] = json{"low"};
+    expect_refused(value.dump(), "limits of 1 plane");
+}
+
+TEST(ModelFile, KeepsTheScaleOfUnlikePlanes) {
+    const TemporaryFolder folder;
+    TextureModel model = example_model(ModelKind::car3d, 3, 1, NoiseForm::full, false, true);
+    model.basis.scale = {0.1, 634.0, 2e-5};
+    for (const char* file : {"m.json", "m.btfm"}) {
+        write_model(folder / file, model);
+        expect_same(read_model(folder / file), model);
+    }
+    json value = test::parsed(to_json(model));
+    value["basis"]["scale"][1] = -1.0;
+    expect_refused(value.dump(), "3 positive numbers");
+    value["basis"]["scale"] = json::array({1.0});
+    expect_refused(value.dump(), "3 positive numbers");
+    value["basis"].erase("scale");
+    expect_refused(value.dump(), "basis.scale is missing");
+    value["basis"]["scale"] = json::array({1.0, 1.0, 1.0});
+    value["basis"]["colour"] = 1;
+    expect_refused(value.dump(), "basis.colour");
 }
 
 TEST(ModelFile, RoundTripsEveryKindWithAndWithoutMarginals) {
@@ -351,7 +384,8 @@ TEST(ModelFile, StationsThatAreNotKnown) {
         value[key] = "wavelets";
         expect_refused(value.dump(), "newer btfield");
         value[key] = {{"knots", {1, 2, 3}}};
-        expect_refused(value.dump(), "is not an array");
+        expect_refused(value.dump(),
+                       key == std::string("basis") ? "basis.rows is missing" : "is not an array");
     }
 }
 
@@ -428,7 +462,7 @@ TEST(ModelFile, RefusesWrongNumbers) {
     spoil("/size", {5}, "two numbers");
     spoil("/factor", 1, "factor");
     spoil("/factor", 3, "level 1");
-    spoil("/mean", json::array({0.5}), "means");
+    spoil("/mean", json::array({0.5}), "1 mean for");
     spoil("/mean/0", nullptr, "mean[0]");
     spoil("/levels", json::array(), "no level");
     spoil("/levels/0/gain", -1.0, "gain");

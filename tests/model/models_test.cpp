@@ -137,7 +137,7 @@ TEST(Models, CheckNamesTheDefect) {
          }},
         {"factor is 1", [](TextureModel& m) { m.factor = 1; }},
         {"factor is -2", [](TextureModel& m) { m.factor = -2; }},
-        {"1 means", [](TextureModel& m) { m.mean.pop_back(); }},
+        {"1 mean for", [](TextureModel& m) { m.mean.pop_back(); }},
         {"mean is not finite", [](TextureModel& m) { m.mean[1] = nan; }},
         {"no level", [](TextureModel& m) { m.levels.clear(); }},
         {"level 1: its size is 25 x 18 instead of 25 x 19",

@@ -521,5 +521,23 @@ TEST(image_io, pixel_type_names_round_trip) {
     EXPECT_THROW(static_cast<void>(pixel_type("double")), InputError);
 }
 
+TEST(image_io, counts_no_clamping_where_the_picture_itself_was_cut_off) {
+    const test::TemporaryFolder folder;
+    Image image({2, 2}, 3);
+    image.at(0, 0, 0) = 1.5F;
+    image.at(1, 1, 0) = -0.5F;
+    image.at(2, 1, 1) = 2.0F;
+    WriteOptions options;
+    EXPECT_EQ(write_picture(folder / "a.png", image, options).clamped_pixels, 3U);
+    options.limits = {{false, true}, {false, true}, {}};
+    EXPECT_EQ(write_picture(folder / "a.png", image, options).clamped_pixels, 2U);
+    options.limits = {{false, true}, {true, false}, {true, true}};
+    EXPECT_EQ(write_picture(folder / "a.png", image, options).clamped_pixels, 0U);
+    EXPECT_EQ(plane_limits(read_picture(folder / "a.png").image),
+              (std::vector<PlaneLimits>{{true, true}, {true, false}, {true, true}}));
+    options.limits.pop_back();
+    EXPECT_THROW((void)write_picture(folder / "b.png", image, options), InputError);
+}
+
 }  // namespace
 }  // namespace btfield

@@ -117,5 +117,27 @@ TEST(image, colour_space_names_round_trip) {
               "find a colour space: 'sRGB' is not known; use unspecified, srgb, linear or xyz");
 }
 
+TEST(Image, WindowsWrap) {
+    Image image({3, 5}, 2, ColourSpace::linear);
+    for (int p = 0; p < 2; ++p)
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 5; ++c) image.at(p, r, c) = static_cast<float>(100 * p + 10 * r + c);
+    for (const auto& [row, column] :
+         {std::pair{0, 0}, {2, 4}, {-1, -7}, {300, 1}, {-2147483647, 2147483647}}) {
+        const Image part = image.window(row, column, {4, 12});
+        EXPECT_EQ(part.space(), ColourSpace::linear);
+        for (int p = 0; p < 2; ++p)
+            for (int r = 0; r < 4; ++r)
+                for (int c = 0; c < 12; ++c) {
+                    const long long i = (static_cast<long long>(row) + r) % 3,
+                                    j = (static_cast<long long>(column) + c) % 5;
+                    ASSERT_EQ(part.at(p, r, c),
+                              image.at(p, static_cast<int>((i + 3) % 3), static_cast<int>((j + 5) % 5)));
+                }
+    }
+    EXPECT_THROW((void)image.window(0, 0, {0, 3}), InputError);
+    EXPECT_THROW((void)Image().window(0, 0, {2, 3}), InputError);
+}
+
 }  // namespace
 }  // namespace btfield

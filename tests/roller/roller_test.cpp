@@ -64,6 +64,14 @@ TEST_P(RollerSmall, QuiltIsTheSameOnEveryDevice) {
     EXPECT_EQ(map.source, quilt(other, sample, {33, 29}, options).source);
 }
 
+TEST(Roller, UnitsOfUnlikePlanesChangeNothing) {
+    const Image sample = test::mixed_texture({48, 40}, 2, 5);
+    Image other = sample;
+    for (float& v : other.plane(1)) v *= 4096.0F;
+    Device device;
+    EXPECT_EQ(quilt(device, sample, {96, 80}).source, quilt(device, other, {96, 80}).source);
+}
+
 TEST(Roller, ClFftMakesTheSame) {
     const Image sample = read_picture(data + "/bark.png").image;
     Device lanes, clfft = test::device_of_width(0, FftBackend::clfft);

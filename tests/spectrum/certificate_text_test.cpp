@@ -1,4 +1,4 @@
-// host/spectrum/certificate_text.cpp.
+// host/spectrum/certificate_text.hpp.
 
 #include "host/spectrum/certificate_text.hpp"
 

@@ -1,0 +1,32 @@
+#pragma once
+
+/// \file
+/// What a model keeps of its picture, for people.
+
+#include <string>
+
+#include "btfield/device.hpp"
+#include "btfield/image.hpp"
+#include "btfield/models.hpp"
+
+namespace btfield::cli {
+
+/// How far a texture of the model is from the picture, at most 512 × 512 of both.
+struct FitVerdict {
+    double lag_covariance_error = 0.0;
+    double structure_distance = 0.0;  ///< NaN where a side is below 8
+    /// Shapes of the picture are missing, and one sees that (docs/selection.md).
+    [[nodiscard]] bool loses_shapes() const { return structure_distance > noticeable_structure; }
+    /// Textures of random fields are this far from pictures without shapes at most.
+    static constexpr double noticeable_structure = 0.07;
+};
+
+/// \param model valid
+[[nodiscard]] FitVerdict judge(Device& device, const Image& picture, const TextureModel& model);
+
+/// One paragraph: what was kept, what is lost, what would keep more and what that costs.
+/// \param picture name as the user gave it
+[[nodiscard]] std::string verdict_text(const FitVerdict& verdict, const TextureModel& model,
+                                       const std::string& picture);
+
+}  // namespace btfield::cli
