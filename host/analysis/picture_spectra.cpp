@@ -46,6 +46,7 @@ PictureSpectrum spectrum_of(const Image& image, int plane) {
 
 std::vector<PictureSpectrum> spectra_of(const Image& image) {
     std::vector<PictureSpectrum> spectra;
+    spectra.reserve(static_cast<size_t>(image.planes()));
     for (int p = 0; p < image.planes(); ++p) spectra.push_back(spectrum_of(image, p));
     return spectra;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -178,12 +179,6 @@ json parse_strictly(std::string_view bytes, const std::string& asked) {
         json::sax_parse(bytes.begin(), bytes.end(), &builder);
     }
     return builder.take();
-}
-
-std::string valid_utf8(const std::string& text) {
-    if (std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 128; }))
-        return text;
-    return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
 std::string printable(std::string_view text) {

@@ -20,8 +20,4 @@ namespace btfield::detail {
 /// bytes.
 [[nodiscard]] std::string printable(std::string_view text);
 
-/// The text where it is UTF-8, as JSON and CBOR need it; bytes that are not become U+FFFD. Names of files may
-/// hold any.
-[[nodiscard]] std::string valid_utf8(const std::string& text);
-
 }  // namespace btfield::detail

@@ -159,6 +159,7 @@ void check_plot(const CompareArguments& options) {
 void write_plot(const CompareArguments& options, const std::vector<Judgement>& judgements) {
     if (options.plot.empty()) return;
     std::vector<PlottedPair> pairs;
+    pairs.reserve(judgements.size());
     for (const Judgement& of : judgements) pairs.push_back({{options.reference, of.name}, of.curves});
     const bool svg = lower_extension(options.plot) == ".svg";
     detail::write_file(options.plot, svg ? curves_svg(pairs) : curves_page(pairs),
@@ -169,6 +170,7 @@ void run(const CompareArguments& options) {
     check_plot(options);
     const Image reference = read_told(options.reference, options.reading).image;
     std::vector<Judgement> judgements;
+    judgements.reserve(options.others.size());
     for (const std::string& path : options.others) judgements.push_back(judge(options, reference, path));
     write_plot(options, judgements);
     Json objects = Json::array();

@@ -12,7 +12,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/model_file.hpp"
-#include "host/base/strict_json.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/output_names.hpp"
 #include "host/cli/report.hpp"

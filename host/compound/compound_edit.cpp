@@ -7,6 +7,9 @@
 #include "host/base/text.hpp"
 
 namespace btfield {
+
+using namespace detail;
+
 namespace {
 
 using std::size_t;

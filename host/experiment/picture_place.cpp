@@ -67,7 +67,7 @@ std::optional<fs::path> PicturePlaces::picture(const std::string& folder, const 
 
 std::optional<fs::path> PicturePlaces::texture(const std::string& file) const {
     const fs::path path = file;
-    const std::optional<fs::path> beside = near(path.parent_path().string(), path.filename());
+    std::optional<fs::path> beside = near(path.parent_path().string(), path.filename());
     if (beside && is_file(*beside)) return beside;
     if (is_file(path)) return path;
     return std::nullopt;

@@ -12,6 +12,7 @@
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/base/file_output.hpp"
+#include "host/base/text.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/picture_place.hpp"
 #include "host/experiment/plot.hpp"
