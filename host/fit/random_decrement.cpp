@@ -160,6 +160,7 @@ MatrixXd variance_of(const std::vector<MatrixXd>& a, const MatrixXd& noise) {
 /// A_s, s = 0, 1, …, where every plane's deviation is `deviation`, in planes of unit deviation.
 std::vector<MatrixXd> scaled(const std::vector<MatrixXd>& a, const VectorXd& deviation) {
     std::vector<MatrixXd> blocks;
+    blocks.reserve(a.size());
     for (const MatrixXd& block : a)
         blocks.emplace_back(deviation.cwiseInverse().asDiagonal() * block * deviation.asDiagonal());
     return blocks;

@@ -305,11 +305,12 @@ Picture read_radiance(const std::filesystem::path& path, const ReadOptions& opti
         Image({stored.height, stored.width}, 3, header.xyz ? ColourSpace::xyz : ColourSpace::linear);
     ScanlineReader scanlines(std::string_view(bytes).substr(header.pixels), asked);
     std::vector<Pixel> line(static_cast<std::size_t>(header.stored.width));
+    const auto first = static_cast<std::size_t>(stored.x);
     for (int row = 0; row < header.stored.height; ++row) {
         scanlines.read(line);  // all of them: damage outside of a crop is damage
         if (row < stored.y || row >= stored.y + stored.height) continue;
         for (int column = 0; column < stored.width; ++column) {
-            const Pixel& pixel = line[static_cast<std::size_t>(stored.x + column)];
+            const Pixel& pixel = line[first + static_cast<std::size_t>(column)];
             const float scale = pixel[3] == 0 ? 0.0F : std::ldexp(1.0F, static_cast<int>(pixel[3]) - 136);
             for (int p = 0; p < 3; ++p)
                 picture.image.at(p, row - stored.y, column) =

@@ -107,7 +107,7 @@ class IccConversion {
             for (int g = 0; g < (channels_ == 3 ? steps : 1); ++g)
                 for (int b = 0; b < (channels_ == 3 ? steps : 1); ++b)
                     for (const int v : {r, g, b})
-                        if (channels_ == 3 || from.size() < static_cast<std::size_t>(r + 1))
+                        if (channels_ == 3 || from.size() <= static_cast<std::size_t>(r))
                             from.push_back(static_cast<float>(v) / (steps - 1));
         const std::size_t pixels = from.size() / static_cast<std::size_t>(channels_);
         std::vector<float> to(3 * pixels);

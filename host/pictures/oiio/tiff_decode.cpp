@@ -413,8 +413,10 @@ Image looked_up(TIFF* tiff, const Image& indices, Layout& layout, const std::str
     for (std::size_t i = 0; i < area(indices.size()); ++i) {
         const auto index = static_cast<std::size_t>(
             std::lround(static_cast<double>(indices.plane(0)[i]) * layout.largest()));
-        for (int p = 0; p < 3; ++p)
-            result.plane(p)[i] = static_cast<float>(maps[static_cast<std::size_t>(p)][index] / down) / top;
+        for (int p = 0; p < 3; ++p) {
+            const int value = maps[static_cast<std::size_t>(p)][index] / down;  // whole steps
+            result.plane(p)[i] = static_cast<float>(value) / top;
+        }
     }
     layout.bits = top == 255.0F ? 8 : 16;
     return result;
@@ -618,6 +620,7 @@ Picture decode_tiff(const std::filesystem::path& path, const ReadOptions& option
                          use_a_complete_file);
     const std::vector<Directory> directories = directories_of(tiff.get());
     std::vector<Part> parts;
+    parts.reserve(directories.size());
     for (const Directory& each : directories) parts.push_back(each.part);
     const int number = chosen_part(parts, options.part, asked);
     message.clear();
