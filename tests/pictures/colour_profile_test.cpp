@@ -44,7 +44,7 @@ std::string gamma_chunk(double gamma) {
 
 std::string primaries_chunk(const Chromaticities& c) {
     std::string content;
-    for (const std::size_t i : {6, 7, 0, 1, 2, 3, 4, 5}) content += hundred_thousandth(c.at(i));
+    for (const std::size_t i : {6U, 7U, 0U, 1U, 2U, 3U, 4U, 5U}) content += hundred_thousandth(c.at(i));
     return png_chunk("cHRM", content);
 }
 
