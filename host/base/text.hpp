@@ -40,6 +40,9 @@ requires requires(const Size& size) {
 /// files and planes are bytes, JSON and CBOR hold text.
 [[nodiscard]] std::string valid_utf8(std::string_view text);
 
+/// The text as HTML and SVG show it: &, <, > and quotes are written as entities.
+[[nodiscard]] std::string html_text(std::string_view text);
+
 /// "(row, column)"
 template <typename Offset>
 requires requires(const Offset& offset) {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include "host/base/text.hpp"
+
 namespace btfield::cli {
 namespace {
 
@@ -14,22 +16,6 @@ constexpr double chart_width = 300.0, chart_height = 180.0;
 constexpr double left = 52.0, top = 30.0, gap = 72.0, below = 64.0;
 constexpr const char* colour_a = "#1f4e9c";
 constexpr const char* colour_b = "#d1601f";
-
-std::string escaped(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        if (c == '<') {
-            result += "&lt;";
-        } else if (c == '&') {
-            result += "&amp;";
-        } else if (static_cast<unsigned char>(c) < 32 || c == '"') {
-            result += ' ';
-        } else {
-            result += c;
-        }
-    }
-    return result;
-}
 
 std::string short_number(double value) {
     std::array<char, 32> text{};
@@ -84,7 +70,7 @@ struct Axis {
 
 std::string text_at(double x, double y, const char* anchor, const std::string& text) {
     return "<text x=\"" + place_text(x) + "\" y=\"" + place_text(y) + "\" text-anchor=\"" + anchor + "\">" +
-           escaped(text) + "</text>\n";
+           detail::html_text(text) + "</text>\n";
 }
 
 std::string path_of(const Curve& curve, const Axis& x, const Axis& y) {
@@ -182,9 +168,13 @@ std::string legend(double y, const PlottedPair& pair) {
     std::string text;
     double x = left;
     for (const std::size_t which : {0U, 1U}) {
+        std::string name = detail::valid_utf8(pair.names[which]);
+        // XML has no control characters.
+        std::ranges::replace_if(
+            name, [](char c) { return static_cast<unsigned char>(c) < 32; }, ' ');
         text += "<path stroke=\"" + std::string(which == 0 ? colour_a : colour_b) +
                 "\" stroke-width=\"3\" d=\"M" + place_text(x) + " " + place_text(y - 4.0) + "h24\"/>\n" +
-                text_at(x + 30.0, y, "start", (which == 0 ? "A: " : "B: ") + pair.names[which]);
+                text_at(x + 30.0, y, "start", (which == 0 ? "A: " : "B: ") + name);
         x += 1.5 * (chart_width + gap);
     }
     return text;

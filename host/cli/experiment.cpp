@@ -479,8 +479,8 @@ std::string forgotten_text(const ForgottenJobs& forgotten, bool dry_run) {
             (dry_run ? " would be left\n" : " left\n");
     if (forgotten.textures > 0)
         text += std::to_string(forgotten.textures) +
-                (forgotten.textures == 1 ? " kept texture is no best one any more; its file stays\n"
-                                         : " kept textures are no best ones any more; their files stay\n");
+                (forgotten.textures == 1 ? " kept texture is" : " kept textures are") +
+                (dry_run ? " then" : "") + " no longer of a best job; files stay\n";
     return text;
 }
 

@@ -98,6 +98,16 @@ std::string structure_reason(const FitVerdict& verdict) {
            ": shapes are lost; btfield compound fit or btfield roll keep them";
 }
 
+/// As Analysis::fit_all(), with errors that name the picture.
+std::vector<TextureModel> fit_all_of(const fs::path& path, Analysis& analysis,
+                                     const std::vector<FitOptions>& options) {
+    try {
+        return analysis.fit_all(options);
+    } catch (const InputError& error) {
+        throw InputError(quoted(path) + ": " + error.asked(), error.found(), error.remedy());
+    }
+}
+
 /// Fits the jobs of one picture, which is read and analysed once. What they share counts for the first.
 void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& options, Progress& bar,
                  double done, double share) {
@@ -127,7 +137,7 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
             bar.show(done + share - own * waiting, path.filename().string() + ": " + std::string(stage));
         };
     }
-    std::vector<TextureModel> models = analysis.fit_all(all);
+    std::vector<TextureModel> models = fit_all_of(path, analysis, all);
     for (std::size_t k = 0; k < jobs.size(); ++k) {
         jobs[k].model = std::move(models[k]);
         std::vector<std::string> reasons = std::move(jobs[k].model.provenance.reasons);
@@ -137,7 +147,7 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
             const FitVerdict verdict = judge(device, picture.image, jobs[k].model);
             const std::string structure = structure_reason(verdict);
             if (options.fit.choose_model && !structure.empty()) reasons.push_back(structure);
-            if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, path.string());
+            if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, options.fit);
         }
         jobs[k].model.provenance = provenance_of(path, picture);
         jobs[k].model.provenance.reasons = reasons;

@@ -18,6 +18,18 @@ std::string percent(double share) {
     return number_text(std::round(1000.0 * share) / 10.0) + " %";
 }
 
+/// What may keep correlations better and was not asked for; empty: nothing.
+std::string proposals(const FitOptions& options) {
+    if (options.choose_model) return {};
+    constexpr int highest_order = 8;
+    std::string some = options.order < highest_order && options.correlated == 0 ? "--order 8" : "";
+    if (options.model != ModelKind::msar3d)
+        some += std::string(some.empty() ? "" : " or ") + "--model 3d-msar";
+    return (some.empty() ? "" : some + " may come nearer, ") +
+           "--model auto --order auto --levels auto tries all models and orders, in two to four times the "
+           "time";
+}
+
 }  // namespace
 
 FitVerdict judge(Device& device, const Image& picture, const TextureModel& model) {
@@ -28,21 +40,18 @@ FitVerdict judge(Device& device, const Image& picture, const TextureModel& model
     return {compare(part, texture).lag_covariance_error, structure_distance(part, texture)};
 }
 
-std::string verdict_text(const FitVerdict& verdict, const TextureModel& model, const std::string& picture) {
+std::string verdict_text(const FitVerdict& verdict, const TextureModel& model, const FitOptions& options) {
     const bool marginals = !model.marginals.empty();
     std::string text = std::string("It keeps ") + (model.planes == 1 ? "mean" : "means and colours") +
                        (marginals ? ", histograms" : "") + ", and correlations of pixels to " +
                        percent(verdict.lag_covariance_error) + " of the variance";
-    if (verdict.lag_covariance_error > noticeable_lag_error)
-        text +=
-            ": --order 8 or --model 3d-msar may come nearer, --model auto --order auto --levels auto "
-            "tries them all, in two to four times the time";
-    text += ".\n";
+    const std::string nearer = verdict.lag_covariance_error > noticeable_lag_error ? proposals(options) : "";
+    text += (nearer.empty() ? "" : ": " + nearer) + ".\n";
     if (verdict.loses_shapes())
-        text += "It loses shapes: structure distance " + number_text(verdict.structure_distance) +
-                ", where 0.07 hardly shows. 'btfield compound fit " + picture +
-                " -o MODEL.btfm' keeps them, in tens of kilobytes; 'btfield roll " + picture +
-                " -o IMAGE --size 1024' lays the picture's own patches.\n";
+        text +=
+            "It loses shapes: structure distance " + number_text(verdict.structure_distance) +
+            ", where 0.07 hardly shows. 'btfield compound fit' of the same picture keeps them, in tens of "
+            "kilobytes; 'btfield roll' lays the picture's own patches.\n";
     return text;
 }
 

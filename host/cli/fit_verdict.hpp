@@ -6,6 +6,7 @@
 #include <string>
 
 #include "btfield/device.hpp"
+#include "btfield/fit.hpp"
 #include "btfield/image.hpp"
 #include "btfield/models.hpp"
 
@@ -25,8 +26,8 @@ struct FitVerdict {
 [[nodiscard]] FitVerdict judge(Device& device, const Image& picture, const TextureModel& model);
 
 /// One paragraph: what was kept, what is lost, what would keep more and what that costs.
-/// \param picture name as the user gave it
+/// \param options that the model was fitted with: nothing of them is proposed again
 [[nodiscard]] std::string verdict_text(const FitVerdict& verdict, const TextureModel& model,
-                                       const std::string& picture);
+                                       const FitOptions& options);
 
 }  // namespace btfield::cli

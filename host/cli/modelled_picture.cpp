@@ -16,6 +16,7 @@ Provenance provenance_of(const std::filesystem::path& path, const Picture& pictu
                            static_cast<std::uint64_t>(bytes_per_value(picture.type));
     result.software = "btfield " BTFIELD_VERSION;
     result.chromaticities = picture.chromaticities;
+    result.file_bytes = picture.file_bytes;
     std::vector<PlaneLimits> limits = plane_limits(picture.image);
     const auto reached = [](PlaneLimits own) { return own.low || own.high; };
     if (std::ranges::any_of(limits, reached)) result.limits = std::move(limits);

@@ -82,7 +82,7 @@ void RunFiles::reads(const fs::path& file, std::string told) {
 
 void RunFiles::reads_model(const fs::path& file, const Provenance& provenance) {
     reads(file);
-    if (!provenance.source.empty()) sources_.push_back({file, provenance.source});
+    if (!provenance.source.empty()) sources_.push_back({file, provenance.source, provenance.file_bytes});
 }
 
 void RunFiles::check_replaced(const fs::path& file) const {
@@ -96,9 +96,9 @@ void RunFiles::check_replaced(const fs::path& file) const {
         const fs::path beside = source.model.parent_path() / source.name;
         const fs::path near = file.parent_path() / source.name;
         std::error_code error;
-        const bool same_name =
-            detail::valid_utf8(file.filename().string()) == source.name && fs::is_regular_file(file, error);
-        if (same_name || same_file(beside, file) || same_file(near, file))
+        const bool same_name = detail::valid_utf8(file.filename().string()) == source.name;
+        const bool same_size = source.bytes == 0 || fs::file_size(file, error) == source.bytes;
+        if (same_file(beside, file) || (same_size && (same_name || same_file(near, file))))
             throw InputError(asked,
                              "that is '" + source.name + "', to which '" + source.model.string() +
                                  "' was fitted by its name",

@@ -24,8 +24,9 @@ class RunFiles {
 
     /// \param told  of the file, where it would be replaced
     void reads(const std::filesystem::path& file, std::string told = "the run reads it");
-    /// A model, and the picture that it says it was fitted to: a file of that name beside the model or in
-    /// the folder of an output is taken for it.
+    /// A model, and the picture that it says it was fitted to: a file of that name beside the model is taken
+    /// for it, and one of that name and size in the folder of an output; of any size where the model does not
+    /// tell it.
     void reads_model(const std::filesystem::path& file, const Provenance& provenance);
 
     /// Checks one file. Where it is standard output, reports go to standard error from then on.
@@ -49,6 +50,7 @@ class RunFiles {
     struct Source {
         std::filesystem::path model;
         std::string name;
+        std::uint64_t bytes = 0;
     };
     void check_replaced(const std::filesystem::path& file) const;
 

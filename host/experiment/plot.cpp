@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "host/base/text.hpp"
+
 namespace btfield::detail {
 namespace {
 
@@ -32,32 +34,6 @@ std::string text_at(double x, double y, const char* anchor, const std::string& t
 }
 
 }  // namespace
-
-std::string html_text(const std::string& text) {
-    std::string escaped;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                escaped += "&amp;";
-                break;
-            case '<':
-                escaped += "&lt;";
-                break;
-            case '>':
-                escaped += "&gt;";
-                break;
-            case '"':
-                escaped += "&quot;";
-                break;
-            case '\'':
-                escaped += "&#39;";
-                break;
-            default:
-                escaped += c;
-        }
-    }
-    return escaped;
-}
 
 std::string line_plot(const std::string& title, const std::string& x_title,
                       const std::vector<std::string>& positions, const std::vector<PlotLine>& lines) {

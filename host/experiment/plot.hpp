@@ -19,7 +19,4 @@ struct PlotLine {
                                     const std::vector<std::string>& positions,
                                     const std::vector<PlotLine>& lines);
 
-/// Text as HTML shows it.
-[[nodiscard]] std::string html_text(const std::string& text);
-
 }  // namespace btfield::detail

@@ -26,7 +26,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// What names, chromaticities and limits came with; files without them say 0.
+/// What names, chromaticities, limits and file_bytes came with; files without them say 0.
 constexpr int minor_version = 1;
 /// A parsed file takes some ten times its size in memory; no model comes near.
 constexpr std::size_t largest_file = std::size_t{256} << 20;
@@ -241,6 +241,7 @@ ordered_json provenance_value(const Provenance& provenance) {
     for (const std::string& reason : provenance.reasons) reasons.push_back(valid_utf8(reason));
     value["reasons"] = std::move(reasons);
     if (provenance.chromaticities) value["chromaticities"] = *provenance.chromaticities;
+    if (provenance.file_bytes > 0) value["file_bytes"] = provenance.file_bytes;
     if (!provenance.limits.empty()) {
         ordered_json limits = ordered_json::array();
         for (const auto& [low, high] : provenance.limits)
@@ -251,7 +252,8 @@ ordered_json provenance_value(const Provenance& provenance) {
 }
 
 ordered_json version_value(const std::vector<std::string>& names, const Provenance& provenance) {
-    const bool newer = !names.empty() || provenance.chromaticities || !provenance.limits.empty();
+    const bool newer = !names.empty() || provenance.chromaticities || !provenance.limits.empty() ||
+                       provenance.file_bytes > 0;
     return ordered_json::array({model_format_version, newer ? minor_version : 0});
 }
 
@@ -322,6 +324,7 @@ Provenance read_provenance(const json& value, const std::string& where, const Co
         if (given.size() != kept.size()) fail(context, object.path("chromaticities") + " has not 8 numbers");
         std::copy(given.begin(), given.end(), kept.begin());
     }
+    if (object.has("file_bytes")) provenance.file_bytes = object.get("file_bytes", natural);
     if (object.has("limits")) {
         const auto limit = [](const json& inner, const std::string& place, const Context& about) {
             const std::string word = text(inner, place, about);

@@ -77,7 +77,8 @@ struct ProfileEntry {
 class BTFIELD_API DeviceMemory {
   public:
     /// For the library's own rooms.
-    DeviceMemory(std::shared_ptr<const detail::Buffer> buffer, std::size_t offset);
+    [[gnu::visibility("hidden")]] DeviceMemory(std::shared_ptr<const detail::Buffer> buffer,
+                                               std::size_t offset);
     /// From the offset that it was made with.
     [[nodiscard]] std::size_t bytes() const;
     [[nodiscard]] const detail::Buffer& buffer() const { return *buffer_; }
@@ -113,7 +114,7 @@ class BTFIELD_API Device {
 
     /// For the library's own rooms.
     [[nodiscard]] detail::DeviceImpl& impl();
-    explicit Device(std::unique_ptr<detail::DeviceImpl> impl);
+    [[gnu::visibility("hidden")]] explicit Device(std::unique_ptr<detail::DeviceImpl> impl);
 
   private:
     std::unique_ptr<detail::DeviceImpl> impl_;

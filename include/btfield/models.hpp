@@ -139,6 +139,7 @@ struct Provenance {
     /// Of the picture's file, where they are not those of its colour space: EXR and HDR textures are written
     /// in them again.
     std::optional<Chromaticities> chromaticities = {};
+    std::uint64_t file_bytes = 0;  ///< size of the picture's file; 0: not known
     /// Which planes of the picture reach 0 or 1; empty where that is not known, or none does.
     std::vector<PlaneLimits> limits = {};
 };

@@ -191,6 +191,16 @@ TEST(CliFit, WrongWords) {
     EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(CliFit, ErrorsNameThePicture) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    expect_failure({"fit", data + "/cork.png", data + "/sand.png", "-o", "m/", "--planes", "A"}, 1,
+                   "cork.png", here);
+    // Its alpha is the same everywhere.
+    expect_failure({"fit", picture, "-o", "m.json", "--planes", "A"}, 1, "sand.png': find the spectral basis",
+                   here);
+}
+
 TEST(CliFit, FoldersAreMade) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
@@ -223,7 +233,12 @@ TEST(CliFit, EndsWithSentences) {
               std::string::npos)
         << shapes.out;
     EXPECT_NE(shapes.out.find("\nIt loses shapes: structure distance 0."), std::string::npos) << shapes.out;
-    EXPECT_NE(shapes.out.find("'btfield compound fit " + data + "/bark.png"), std::string::npos);
+    EXPECT_NE(shapes.out.find(": --order 8 or --model 3d-msar may come nearer"), std::string::npos)
+        << shapes.out;
+    EXPECT_NE(shapes.out.find("'btfield compound fit'"), std::string::npos);
+    // What was asked for is not proposed again.
+    const Ended again = btfield({"fit", data + "/bark.png", "-o", "m.json", "--model", "3d-msar"}, here);
+    EXPECT_EQ(again.out.find("--model 3d-msar"), std::string::npos) << again.out;
     // A texture of a random field has no shapes to lose.
     ASSERT_EQ(btfield({"fit", data + "/cork.png", "-o", "cork.json", "--json"}, here).code, 0);
     ASSERT_EQ(btfield({"synth", "cork.json", "-o", "grain.png"}, here).code, 0);

@@ -71,6 +71,14 @@ TEST_F(CliRunFiles, TexturesDoNotReplaceTheSource) {
     refused({"synth", "numbered.json", "wood.json", "-o", ".", "--size", "8x8"}, 1, "wood.png");
     EXPECT_FALSE(fs::exists(folder_ / "w-0.png"));
     EXPECT_EQ(btfield({"synth", "models/wood.json", "-o", "models", "--size", "8x8"}, here_).code, 0);
+    // A texture that has the picture's name is not the picture: the same command works twice.
+    fs::create_directory(folder_ / "textures");
+    TextureModel sized = read_model(folder_ / "models/wood.json");
+    sized.provenance.file_bytes = fs::file_size(folder_ / "wood.png");
+    test::put_model(folder_ / "models/wood.json", sized);
+    for (int run = 0; run < 2; ++run)
+        EXPECT_EQ(btfield({"synth", "models/wood.json", "-o", "textures", "--size", "8x8"}, here_).code, 0);
+    refused({"synth", "models/wood.json", "-o", "pictures", "--size", "8x8"}, 1, "--overwrite");
     EXPECT_EQ(btfield({"synth", "wood.json", "-o", "wood.png", "--size", "8x8", "--overwrite"}, here_).code,
               0);
     EXPECT_NE(bytes_of(folder_ / "wood.png"), before_);

@@ -137,6 +137,8 @@ TEST(ModelFile, RoundTripsBitForBit) {
 TEST(ModelFile, KeepsLimits) {
     TextureModel model = example_model(ModelKind::car3d, 3, 1);
     model.provenance.limits = {{true, false}, {}, {true, true}};
+    model.provenance.file_bytes = 129528;
+    EXPECT_EQ(from_json(to_json(model)).provenance.file_bytes, 129528U);
     EXPECT_EQ(from_json(to_json(model)).provenance.limits, model.provenance.limits);
     json value = test::parsed(to_json(model));
     EXPECT_EQ(value["provenance"]["limits"], (json{"low", "none", "both"}));
