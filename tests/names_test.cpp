@@ -17,6 +17,7 @@
 #include "host/fit/fit_names.hpp"
 #include "host/model/model_names.hpp"
 #include "host/pictures/picture_names.hpp"
+#include "host/relief/relief_names.hpp"
 #include "host/synthesis/synthesis_names.hpp"
 
 namespace btfield {
@@ -31,10 +32,11 @@ class EnumNames : public testing::Test {};
 using Enumerations =
     testing::Types<ColourSpace, PixelType, DeviceType, NeighbourhoodKind, ModelKind, Estimator, NoiseForm,
                    Metric, EstimatorChoice, GainMode, MarginalMode, SignificanceRule, SynthesisMethod,
-                   NoiseDomain, JobStatus, TableFormat, ExperimentModel, ClusterSpace, Borders>;
+                   NoiseDomain, JobStatus, TableFormat, ExperimentModel, ClusterSpace, Borders, SurfaceEdges,
+                   Flattening, NormalConvention>;
 TYPED_TEST_SUITE(EnumNames, Enumerations);
 
-// The types' own part of a test is short, because a compiler does all of it nineteen times.
+// The types' own part of a test is short, because a compiler does all of it over twenty times.
 
 struct Entry {
     int value = 0;

@@ -25,6 +25,7 @@ void add_info(CLI::App& app, Action& action);
 void add_synth(CLI::App& app, Action& action);
 void add_roll(CLI::App& app, Action& action);
 void add_compound(CLI::App& app, Action& action);
+void add_relief(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_experiment(CLI::App& app, Action& action);
 void add_kappa(CLI::App& app, Action& action);

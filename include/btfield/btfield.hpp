@@ -14,6 +14,7 @@
 #include "btfield/device_opencl.hpp"   // IWYU pragma: export
 #include "btfield/error.hpp"           // IWYU pragma: export
 #include "btfield/fit.hpp"             // IWYU pragma: export
+#include "btfield/height.hpp"          // IWYU pragma: export
 #include "btfield/image.hpp"           // IWYU pragma: export
 #include "btfield/image_io.hpp"        // IWYU pragma: export
 #include "btfield/lag_covariance.hpp"  // IWYU pragma: export

@@ -58,6 +58,9 @@ class CliHelp : public testing::Test {
         for (const char* name : {"cork.png", "cork-4x.png"}) put(name, "/cork.png");
         for (const char* name : {"bark.png", "bark.tif", "sand.png", "moss.png"}) put(name, "/bark.png");
         for (const char* name : {"material.exr", "grown.exr"}) put(name, "/cork-xyz.exr");
+        Image normals({48, 48}, 3);
+        for (int p = 0; p < 3; ++p) std::ranges::fill(normals.plane(p), p == 2 ? 1.0F : 0.5F);
+        write_picture(folder_ / "normal.png", normals, PixelType::uint16);
         for (const char* name : {"models", "textures", "tiles", "best"}) fs::create_directory(folder_ / name);
         test::put_bytes(folder_ / "sand.json", R"({"pictures": [{"material": "sand", "files": ["sand.png"]}],
             "models": ["2d-car"], "orders": [1], "levels": [1], "seeds": [1, 2]})");
