@@ -1,4 +1,5 @@
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@
 namespace btfield::test {
 
 Ended btfield(Words words, const Surroundings& around) {
-    words.insert(words.begin(), BTFIELD_CLI);
+    words.insert(words.begin(), test::command_path());
     return run_program(std::move(words), around);
 }
 

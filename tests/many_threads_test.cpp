@@ -20,6 +20,7 @@
 #include "btfield/synthesis.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/example_model.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
@@ -216,7 +217,7 @@ TEST(ManyThreads, LaunchesAreCountedAndTimedOnce) {
 }
 
 Image cork() {
-    return read_picture(BTFIELD_TEST_DATA "/cork.png", Crop{0, 0, 96, 96}).image;
+    return read_picture(test::data_folder() + "/cork.png", Crop{0, 0, 96, 96}).image;
 }
 
 std::vector<double> numbers(std::span<const float> values) {

@@ -22,6 +22,7 @@
 #include "btfield/synthesis.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/example_model.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
@@ -32,7 +33,7 @@ struct Work {
 };
 
 Image cork() {
-    return read_picture(BTFIELD_TEST_DATA "/cork.png", Crop{0, 0, 128, 128}).image;
+    return read_picture(test::data_folder() + "/cork.png", Crop{0, 0, 128, 128}).image;
 }
 
 FitOptions likelihood_fit() {

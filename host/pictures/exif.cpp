@@ -1,5 +1,6 @@
 #include "host/pictures/exif.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -61,7 +62,7 @@ Exif read_exif(std::string_view block) {
     const auto interoperability = camera ? tags.list_below(*camera, 0xA005) : std::nullopt;
     if (interoperability) {
         const auto at = tags.find(*interoperability, 1);
-        result.adobe_rgb = at && block.substr(*at).starts_with("R03");
+        result.adobe_rgb = at && block.substr(std::min(*at, block.size())).starts_with("R03");
     }
     return result;
 }

@@ -105,6 +105,39 @@ int raw_value(const char* row, std::size_t i, Kind kind, std::size_t value_bytes
     return value_bytes == 1 ? byte(i) : byte(2 * i) * 256 + byte(2 * i + 1);
 }
 
+/// Bytes of a row that is raw.
+std::size_t raw_row_bytes(const Samples& header, Kind kind) {
+    const std::size_t values =
+        static_cast<std::size_t>(header.size.width) * static_cast<std::size_t>(header.planes);
+    if (kind.bitmap) return (values + 7) / 8;
+    return header.maximum > 255 ? 2 * values : values;
+}
+
+/// Raw pictures may stand in a row; in text there is one.
+struct Sequence {
+    std::vector<std::string_view> pictures;  ///< each from its first byte to the end of the file
+    std::vector<Part> parts;
+};
+
+Sequence pictures_in(std::string_view bytes, const std::string& asked) {
+    Sequence result;
+    for (bool more = true; more;) {
+        const Kind kind(bytes[1]);
+        Scanner scanner(bytes, asked);
+        const Samples header = decode_header(scanner, kind, asked);
+        result.pictures.push_back(bytes);
+        result.parts.push_back({{}, compact_text_of(header.size), false});
+        if (!kind.raw) return result;
+        const std::string_view pixels = scanner.rest();
+        const std::size_t row_bytes = raw_row_bytes(header, kind);
+        const auto rows = static_cast<std::size_t>(header.size.height);
+        if (row_bytes > pixels.size() / rows) return result;
+        bytes = pixels.substr(row_bytes * rows);
+        more = format_of_bytes(bytes.substr(0, 3)) == PictureFormat::pnm;
+    }
+    return result;
+}
+
 Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Crop& crop,
                const std::string& asked) {
     const Kind kind(bytes[1]);
@@ -115,7 +148,7 @@ Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Cr
     const auto planes = static_cast<std::size_t>(samples.planes);
     const auto row_values = static_cast<std::size_t>(samples.size.width) * planes;
     const std::size_t value_bytes = samples.maximum > 255 ? 2 : 1;
-    const std::size_t row_bytes = kind.raw && kind.bitmap ? (row_values + 7) / 8 : row_values * value_bytes;
+    const std::size_t row_bytes = kind.raw ? raw_row_bytes(samples, kind) : row_values * value_bytes;
     const auto rows = static_cast<std::size_t>(samples.size.height);
     const std::string_view pixels = kind.raw ? scanner.rest() : bytes;
     // A value in text takes at least one byte, so this also stops a header that claims more than there is.
@@ -181,9 +214,11 @@ int pnm_maximum(const std::filesystem::path& path, const std::string& asked) {
 
 Picture read_pnm(const std::filesystem::path& path, const ReadOptions& options, const std::string& asked) {
     const std::string bytes = bytes_of(path);
+    const Sequence sequence = pictures_in(bytes, asked);
+    const int chosen = chosen_part(sequence.parts, options.part, asked);
     Crop part;
-    const Samples samples = decode(bytes, options.crop, part, asked);
-    static_cast<void>(chosen_part({{{}, compact_text_of(samples.size), false}}, options.part, asked));
+    const Samples samples =
+        decode(sequence.pictures[static_cast<std::size_t>(chosen)], options.crop, part, asked);
 
     Picture picture;
     picture.type = samples.maximum > 255 ? PixelType::uint16 : PixelType::uint8;

@@ -11,7 +11,8 @@
 
 namespace btfield::detail {
 
-/// P1 to P6, any maximum up to 65535. Leaves `file_bytes` alone.
+/// P1 to P6, any maximum up to 65535, one picture or, of raw ones, several in a row. Leaves `file_bytes`
+/// alone.
 /// \throws InputError as read_picture().
 [[nodiscard]] Picture read_pnm(const std::filesystem::path& path, const ReadOptions& options,
                                const std::string& asked);

@@ -15,6 +15,7 @@
 #include "btfield/spectral_basis.hpp"
 #include "host/base/normal_distribution.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/lag_covariance.hpp"
 #include "tests/reference/plane_restorer.hpp"
 
@@ -237,15 +238,15 @@ TEST(Marginals, RealPicturesComeBack) {
     for (const char* name :
          {"cork.png", "bark.png", "rock.png", "sand.png", "grass.png", "landsat.tif", "cork-xyz.exr"}) {
         SCOPED_TRACE(name);
-        const Image image = read_picture(std::string(BTFIELD_TEST_DATA "/") + name).image;
+        const Image image = read_picture(test::data_folder() + "/" + name).image;
         for (const int knots : {16, default_knots}) check_round_trip(image, knots);
     }
 }
 
 TEST(MarginalsLong, SharedPicturesComeBack) {
     // Beside a checkout, where they exist; those of tests/data have gone the same way above.
-    const std::filesystem::path folder = std::filesystem::path(BTFIELD_TEST_DATA) / "../../../shared/data";
-    std::vector<std::filesystem::path> pictures{BTFIELD_TEST_DATA "/cork.png"};
+    const std::filesystem::path folder = std::filesystem::path(test::data_folder()) / "../../../shared/data";
+    std::vector<std::filesystem::path> pictures{test::data_folder() + "/cork.png"};
     std::error_code none;
     for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
         const std::string kind = entry.path().extension().string();

@@ -13,6 +13,7 @@
 #include "btfield/image_io.hpp"
 #include "host/analysis/lag_products.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/lag_covariance.hpp"
 
 namespace btfield {
@@ -90,7 +91,7 @@ TEST(SpectralBasis, RealPictures) {
          {std::pair{"cork.png", 3}, std::pair{"bark.png", 3}, std::pair{"rock.png", 1},
           std::pair{"grass.png", 1}, std::pair{"landsat.tif", 6}, std::pair{"cork-xyz.exr", 3}}) {
         SCOPED_TRACE(name);
-        check_basis(read_picture(std::string(BTFIELD_TEST_DATA "/") + name).image, rank);
+        check_basis(read_picture(test::data_folder() + "/" + name).image, rank);
     }
 }
 

@@ -21,6 +21,13 @@ TEST(error, makes_line_breaks_spaces) {
     EXPECT_EQ(error.found(), "first  second");
 }
 
+TEST(error, is_text_that_a_terminal_shows_and_no_more) {
+    const InputError error("read 'a\tb'", std::string("says '\x1b[2J\0\x7f'", 13), "give \xc3\xa4, not \xe4");
+    EXPECT_STREQ(error.what(),
+                 "read 'a b': says '?[2J?"
+                 "?'; give \xc3\xa4, not \xef\xbf\xbd");
+}
+
 TEST(error, keeps_the_build_log_apart) {
     const std::string log = "noise.cl:3: error\nnoise.cl:4: error\n";
     const DeviceError error("build 'noise'", "CL_BUILD_PROGRAM_FAILURE", "report it", log);

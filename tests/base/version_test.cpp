@@ -9,6 +9,7 @@
 #include <string>
 
 #include "btfield/btfield.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
@@ -23,7 +24,7 @@ TEST(Version, PartsAreThoseOfTheText) {
 }
 
 TEST(Version, OneHeaderHasAllOthers) {
-    const std::filesystem::path folder = BTFIELD_SOURCE_DIR "/include/btfield";
+    const std::filesystem::path folder = test::source_folder() + "/include/btfield";
     std::ifstream file(folder / "btfield.hpp");
     std::ostringstream content;
     content << file.rdbuf();

@@ -14,6 +14,7 @@
 #include "host/cl/api.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/example_model.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
@@ -125,7 +126,7 @@ TEST_F(DeviceOfAProgram, FinishWaitsForAQueueOfItsOwn) {
 }
 
 TEST_F(DeviceOfAProgram, CompoundTexturesToo) {
-    const Image picture = read_picture(BTFIELD_TEST_DATA "/cork.png", Crop{0, 0, 96, 96}).image;
+    const Image picture = read_picture(test::data_folder() + "/cork.png", Crop{0, 0, 96, 96}).image;
     Device device = device_of(handles());
     CompoundOptions fit;
     fit.clusters.regions = 2;

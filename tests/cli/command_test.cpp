@@ -15,6 +15,7 @@
 #include "btfield/model_file.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/places.hpp"
 #include "tests/run_program.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -35,7 +36,7 @@ using test::TemporaryFolder;
 using test::text_of;
 using test::Words;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 // Help and usage
 // -----------------------------------------------------------------------------------------------
@@ -51,7 +52,7 @@ TEST(CliCommand, Version) {
 TEST(CliCommand, WordsThatAreNoCommandsSuggestOne) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
-    std::filesystem::copy_file(BTFIELD_TEST_DATA "/sand.png", folder / "sand.png");
+    std::filesystem::copy_file(test::data_folder() + "/sand.png", folder / "sand.png");
     put_model(folder / "m.json");
     expect_failure({"version"}, 2, "did you mean 'btfield --version'?", here);
     expect_failure({"sand.png"}, 2, "did you mean 'btfield fit sand.png -o sand.json'?", here);
@@ -241,8 +242,8 @@ TEST(CliCommand, ThreadsAndMemoryAreBounded) {
         expect_failure({"info", "m.json", "--threads", threads}, 2, "--threads", here);
     for (const char* memory : {"0", "much", "4 G", "-1G", ""})
         expect_failure({"info", "m.json", "--memory", memory}, 2, "--memory", here);
-    const Words with_environment{"/usr/bin/env", "BTFIELD_THREADS=none", BTFIELD_CLI, "synth", "m.json", "-o",
-                                 "t.png"};
+    const Words with_environment{
+        "/usr/bin/env", "BTFIELD_THREADS=none", test::command_path(), "synth", "m.json", "-o", "t.png"};
     const Ended ended = test::run_program(with_environment, here);
     EXPECT_EQ(ended.code, 1);
     EXPECT_EQ(ended.err.rfind("btfield: use as many threads as $BTFIELD_THREADS says: it is 'none'", 0), 0U)

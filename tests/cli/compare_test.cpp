@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -15,7 +16,7 @@ namespace {
 using nlohmann::json;
 using test::expect_object;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 TEST(CliCompare, APictureWithItself) {
     const std::string picture = data + "/cork.png";

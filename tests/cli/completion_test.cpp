@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -65,7 +66,7 @@ class Typed {
 
     /// In the words of a shell: what `btfield` does there.
     [[nodiscard]] std::string command() const {
-        return "btfield() { if [ \"$1\" = completion ]; then '" BTFIELD_CLI
+        return "btfield() { if [ \"$1\" = completion ]; then '" + test::command_path() +
                "' \"$@\"; else printf '<%s>' \"$@\" >>heard; printf '\\n' >>heard; fi; }\n";
     }
 
@@ -182,7 +183,7 @@ TEST(CliCompletionLong, Fish) {
     const Typed typed;
     const std::string script = (typed.folder() / "btfield.fish").string();
     put_bytes(script, btfield({"completion", "fish"}).out);
-    fs::create_symlink(BTFIELD_CLI, typed.folder() / "btfield");
+    fs::create_symlink(test::command_path(), typed.folder() / "btfield");
     for (const auto& [line, offered] : std::vector<std::pair<std::string, Words>>{
              {"fi", {"fit"}},
              {"experiment ", {"run", "table", "merge", "report", "forget"}},

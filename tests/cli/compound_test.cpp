@@ -9,6 +9,7 @@
 #include "btfield/compound.hpp"
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -23,7 +24,7 @@ using test::expect_object;
 using test::expect_seconds;
 using test::TemporaryFolder;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 class CliCompound : public testing::Test {
   protected:
@@ -95,7 +96,7 @@ TEST_F(CliCompound, LabelsOfOnesOwn) {
 // Models come through pipes too, which can be read once.
 TEST_F(CliCompound, ModelFromAPipe) {
     (void)fitted("bark.btfm");
-    const std::string program = BTFIELD_CLI;
+    const std::string program = test::command_path();
     for (const std::string& command :
          {program + " info /dev/stdin --json", program + " synth /dev/stdin -o " + at("t.png") + " --json"}) {
         const Ended ended = test::run_program({"/bin/sh", "-c", "cat " + at("bark.btfm") + " | " + command});

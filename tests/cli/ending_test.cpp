@@ -13,6 +13,7 @@
 
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -28,7 +29,7 @@ using test::Surroundings;
 using test::TemporaryFolder;
 using test::Words;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 // Also when a signal arrives while a texture is being written; what is complete stays complete.
 TEST(CliEnding, SignalsLeaveWholeTexturesOnly) {
@@ -38,8 +39,8 @@ TEST(CliEnding, SignalsLeaveWholeTexturesOnly) {
     for (std::size_t k = 0; k < signals.size(); ++k) {
         const fs::path out = folder / ("out" + std::to_string(k));
         fs::create_directory(out);
-        Running batch({BTFIELD_CLI, "synth", (folder / "m.json").string(), "-o", (out / "t.png").string(),
-                       "--count", "1000", "--size", "64x64"},
+        Running batch({test::command_path(), "synth", (folder / "m.json").string(), "-o",
+                       (out / "t.png").string(), "--count", "1000", "--size", "64x64"},
                       folder.path());
         const auto late = std::chrono::steady_clock::now() + std::chrono::minutes(2);
         while (!fs::exists(out / "t-001.png") && std::chrono::steady_clock::now() < late)
@@ -62,11 +63,11 @@ TEST(CliEnding, SignalsLeaveWholeTexturesOnly) {
 TEST(CliEnding, IgnoredSignalsStayIgnored) {
     const TemporaryFolder folder;
     put_model(folder / "m.json");
-    const Ended ended = run_program(
-        {"/bin/sh", "-c",
-         "trap '' HUP; " BTFIELD_CLI " synth m.json -o t.png --count 20 --size 64x64 & sleep 0.3; "
-         "kill -HUP $!; wait $!"},
-        {.folder = folder.path().string()});
+    const Ended ended = run_program({"/bin/sh", "-c",
+                                     "trap '' HUP; " + test::command_path() +
+                                         " synth m.json -o t.png --count 20 --size 64x64 & sleep 0.3; "
+                                         "kill -HUP $!; wait $!"},
+                                    {.folder = folder.path().string()});
     EXPECT_EQ(ended.code, 0) << ended.err;
     EXPECT_TRUE(fs::exists(folder / "t-19.png"));
 }
@@ -80,8 +81,8 @@ TEST(CliEnding, WorksWithoutAPlaceForCaches) {
           std::string("POCL_CACHE_DIR=/dev/null/none"), std::string("XDG_CACHE_HOME=/dev/null")}) {
         const Ended ended =
             run_program({"/bin/sh", "-c",
-                         "env -u POCL_CACHE_DIR -u XDG_CACHE_HOME -u BTFIELD_CACHE_DIR " + variables +
-                             " " BTFIELD_CLI " synth m.json -o t.png --size 16x16 --json"},
+                         "env -u POCL_CACHE_DIR -u XDG_CACHE_HOME -u BTFIELD_CACHE_DIR " + variables + " " +
+                             test::command_path() + " synth m.json -o t.png --size 16x16 --json"},
                         {.folder = folder.path().string()});
         EXPECT_EQ(ended.code, 0) << variables << ": " << ended.err;
     }
@@ -94,7 +95,7 @@ TEST(CliEnding, DamagedDriverCacheIsNamed) {
     const std::string caches = "POCL_CACHE_DIR=" + (folder / "kernels").string() +
                                " BTFIELD_CACHE_DIR=" + (folder / "own").string() + " ";
     const Words synth{"/bin/sh", "-c",
-                      caches + BTFIELD_CLI " synth m.json -o t.png --size 16x16 --device cpu"};
+                      caches + test::command_path() + " synth m.json -o t.png --size 16x16 --device cpu"};
     const Surroundings here{.folder = folder.path().string()};
     const Ended first = run_program(synth, here);
     ASSERT_EQ(first.code, 0) << first.err;

@@ -19,6 +19,7 @@
 
 #include "tests/experiment_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/places.hpp"
 #include "tests/run_program.hpp"
 
 namespace btfield {
@@ -39,7 +40,7 @@ using Words = std::vector<std::string>;
 constexpr int small_jobs = 24;
 
 Words experiment(Words words) {
-    words.insert(words.begin(), {BTFIELD_CLI, "experiment"});
+    words.insert(words.begin(), {test::command_path(), "experiment"});
     return words;
 }
 
@@ -305,7 +306,8 @@ TEST(CliExperimentLong, FiftyKills) {
 /// The committed experiment: all ten models.
 TEST(CliExperimentLong, CommittedExperiment) {
     const TemporaryFolder folder;
-    const std::string config = BTFIELD_TEST_DATA "/experiment.json", database = (folder / "r.db").string();
+    const std::string config = test::data_folder() + "/experiment.json",
+                      database = (folder / "r.db").string();
     const Ended run = run_program(
         experiment({"run", config, "--out", database, "--synth-out", (folder / "best").string(), "--json"}));
     ASSERT_EQ(run.code, 0) << run.err;
@@ -324,9 +326,9 @@ TEST(CliExperimentLong, CommittedExperiment) {
     EXPECT_EQ(run_program(experiment({"report", database, "--out", (folder / "p.html").string()})).code, 0);
 }
 
-#ifdef BTFIELD_MPIEXEC
+#ifdef BTFIELD_MPI
 Words ranks(int count, Words words) {
-    words.insert(words.begin(), {BTFIELD_MPIEXEC, "-n", std::to_string(count)});
+    words.insert(words.begin(), {test::mpiexec_path(), "-n", std::to_string(count)});
     return words;
 }
 

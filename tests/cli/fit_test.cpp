@@ -12,6 +12,7 @@
 #include "btfield/model_file.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -28,7 +29,7 @@ using test::Surroundings;
 using test::TemporaryFolder;
 using test::Words;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 const std::string picture = data + "/sand.png";
 
 TEST(CliFit, OptionsReachTheFit) {

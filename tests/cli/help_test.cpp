@@ -10,6 +10,7 @@
 
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -24,7 +25,7 @@ using test::TemporaryFolder;
 using test::text_of;
 using test::Words;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 std::vector<std::string> lines_of(const std::string& text) {
     std::vector<std::string> lines;
@@ -71,7 +72,7 @@ class CliHelp : public testing::Test {
                         here_);
             ASSERT_EQ(ended.code, 0) << ended.err;
         }
-        fs::create_symlink(BTFIELD_CLI, folder_ / "btfield");
+        fs::create_symlink(test::command_path(), folder_ / "btfield");
     }
 
     void put(const char* name, const char* picture) {

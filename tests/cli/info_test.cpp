@@ -7,6 +7,7 @@
 
 #include "tests/cli_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -18,7 +19,7 @@ using test::Ended;
 using test::Surroundings;
 using test::TemporaryFolder;
 
-const std::string picture = BTFIELD_TEST_DATA "/sand.png";
+const std::string picture = test::data_folder() + "/sand.png";
 
 TEST(CliInfo, SaysWhatWasChosenAndWhy) {
     const TemporaryFolder folder;

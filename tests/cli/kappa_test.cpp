@@ -8,6 +8,7 @@
 #include "btfield/criteria.hpp"
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
@@ -18,7 +19,7 @@ using test::Ended;
 using test::expect_failure;
 using test::expect_object;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 TEST(CliKappa, SeveralPictures) {
     const json object = expect_object({"kappa", data + "/cork.png", data + "/cork-xyz.exr"});

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -67,7 +68,7 @@ TEST(CliManual, EveryCommandHasAPageWithAllItsOptions) {
 }
 
 TEST(CliManual, TheDayCanBeSet) {
-    const Ended ended = run_program({"/usr/bin/env", "SOURCE_DATE_EPOCH=86400", BTFIELD_CLI, "man"});
+    const Ended ended = run_program({"/usr/bin/env", "SOURCE_DATE_EPOCH=86400", test::command_path(), "man"});
     EXPECT_NE(ended.out.find(".TH BTFIELD 1 1970-01-02 "), std::string::npos) << ended.out.substr(0, 200);
 }
 

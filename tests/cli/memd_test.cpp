@@ -10,6 +10,7 @@
 #include "btfield/image_io.hpp"
 #include "btfield/memd.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -22,7 +23,7 @@ using test::expect_failure;
 using test::expect_object;
 using test::TemporaryFolder;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 /// Grey pixels of the given values, 0…255, in one row.
 void put_row(const std::filesystem::path& path, const std::vector<int>& values) {

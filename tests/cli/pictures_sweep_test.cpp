@@ -17,6 +17,7 @@
 #include "btfield/model_file.hpp"
 #include "host/pictures/colour.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -30,7 +31,7 @@ using test::TemporaryFolder;
 std::vector<fs::path> pictures() {
     static const std::set<std::string> extensions{".png", ".jpg", ".tif", ".exr", ".hdr"};
     std::vector<fs::path> result;
-    std::vector<fs::path> folders{BTFIELD_TEST_DATA};
+    std::vector<fs::path> folders{test::data_folder()};
     if (const char* more = std::getenv("BTFIELD_SWEEP_FOLDER"); more != nullptr) folders.emplace_back(more);
     for (const fs::path& folder : folders)
         for (const auto& entry : fs::directory_iterator(folder))

@@ -14,6 +14,7 @@
 #include "tests/example_model.hpp"
 #include "tests/json_text.hpp"
 #include "tests/picture_files.hpp"
+#include "tests/places.hpp"
 #include "tests/run_program.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -30,7 +31,7 @@ using test::Surroundings;
 using test::TemporaryFolder;
 using test::Words;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 TEST(CliRefusals, BadPictures) {
     const TemporaryFolder folder;

@@ -10,6 +10,7 @@
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -26,7 +27,7 @@ using test::expect_object;
 using test::expect_seconds;
 using test::TemporaryFolder;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 TEST(CliRoll, Quilt) {
     const TemporaryFolder folder;

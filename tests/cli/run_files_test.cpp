@@ -9,6 +9,7 @@
 #include "btfield/model_file.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -26,7 +27,7 @@ using test::Surroundings;
 using test::TemporaryFolder;
 using test::Words;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 /// A folder with the picture wood.png, also as a link, a hard link and below another folder, and a model that
 /// was fitted to it.
@@ -136,7 +137,7 @@ TEST_F(CliRunFiles, TwoOutputsAreTwoFiles) {
 }
 
 TEST_F(CliRunFiles, ModelsGoThroughPipes) {
-    const std::string program = BTFIELD_CLI;
+    const std::string program = test::command_path();
     const std::string fit = program + " fit wood.png --levels 2 --order 2 -o ";
     for (const std::string& line :
          {fit + "- | " + program + " info - --json",

@@ -15,12 +15,13 @@
 #include "btfield/synthesis.hpp"
 #include "host/fit/random_decrement.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
 namespace {
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 /// Blobs: quantiles of smooth noise.
 ControlField blobs(Size size, int regions, unsigned seed) {

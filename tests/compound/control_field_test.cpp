@@ -20,6 +20,7 @@
 #include "host/compound/k_means.hpp"
 #include "host/compound/region_divergence.hpp"
 #include "tests/label_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/noise.hpp"
 
 namespace btfield {
@@ -31,7 +32,7 @@ namespace {
 using std::size_t;
 using Colour = std::array<float, 3>;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 /// More pixels than centres are searched on.
 Image rock() {

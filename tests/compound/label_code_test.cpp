@@ -11,6 +11,7 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "tests/label_cases.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 
@@ -21,7 +22,7 @@ namespace {
 using std::size_t;
 using Bytes = std::vector<std::uint8_t>;
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 ControlField random_labels(Size size, int regions) {
     std::mt19937 generator(static_cast<unsigned>(regions * 1000 + size.width));

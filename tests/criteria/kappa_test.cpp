@@ -9,6 +9,7 @@
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
@@ -79,7 +80,7 @@ TEST(Kappa, ManyPlanes) {
 
 TEST(Kappa, RealPictures) {
     const auto of = [](const char* file) {
-        return kappa(read_picture(std::string(BTFIELD_TEST_DATA) + "/" + file).image);
+        return kappa(read_picture(test::data_folder() + "/" + file).image);
     };
     const Kappa cork = of("cork.png");
     const std::vector<double>& s = cork.covariance;

@@ -20,6 +20,7 @@
 #include "host/criteria/colour_tree.hpp"
 #include "host/criteria/memd_search.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/memd.hpp"
 
 namespace btfield {
@@ -439,9 +440,9 @@ TEST(MemdLong, TenThousandRandomPictures) {
 }
 
 TEST(MemdLong, RealPictures) {
-    const Image cork = read_picture(std::string(BTFIELD_TEST_DATA) + "/cork.png", Crop{0, 0, 96, 96}).image;
-    const Image rock = read_picture(std::string(BTFIELD_TEST_DATA) + "/rock.png", Crop{0, 0, 96, 96}).image;
-    const Image xyz = read_picture(std::string(BTFIELD_TEST_DATA) + "/cork-xyz.exr").image;
+    const Image cork = read_picture(test::data_folder() + "/cork.png", Crop{0, 0, 96, 96}).image;
+    const Image rock = read_picture(test::data_folder() + "/rock.png", Crop{0, 0, 96, 96}).image;
+    const Image xyz = read_picture(test::data_folder() + "/cork-xyz.exr").image;
     for (const Metric metric : metrics) {
         expect_equal(with_errors(device(), cork, rock, {.metric = metric}),
                      reference::memd(cork, rock, {.metric = metric}));

@@ -11,11 +11,12 @@
 #include "btfield/roller.hpp"
 #include "btfield/synthesis.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 TEST(Structure, OfAPictureWithItselfIsNone) {
     const Image cork = read_picture(data + "/cork.png").image;

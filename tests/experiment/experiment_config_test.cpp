@@ -15,6 +15,7 @@
 #include "host/experiment/sha256.hpp"
 #include "tests/experiment_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 
@@ -201,7 +202,7 @@ TEST(ExperimentConfig, NoJson) {
 
 /// The published schema and the reader know the same keys: the reader lists its own when it meets another.
 TEST(ExperimentConfig, SchemaFileAgrees) {
-    const json schema = test::parsed(test::bytes_of(BTFIELD_SOURCE_DIR "/docs/experiment.schema.json"));
+    const json schema = test::parsed(test::bytes_of(test::source_folder() + "/docs/experiment.schema.json"));
     const auto keys_of_reader = [](const json& document) {
         const std::string said = refusal(document);
         const std::string start = "(known: ";
@@ -234,7 +235,7 @@ TEST(ExperimentConfig, SchemaFileAgrees) {
 
 /// What docs/p4.md says of its configurations: P4's noise, estimators and 24 attempts for each model.
 TEST(ExperimentConfig, ConfigurationsOfP4) {
-    const std::string docs = BTFIELD_SOURCE_DIR "/docs/";
+    const std::string docs = test::source_folder() + "/docs/";
     const ExperimentConfig letter = read_experiment(docs + "p4-table-1.json");
     for (const ExperimentModel model : letter.models) {
         const bool car = model == ExperimentModel::car2d || model == ExperimentModel::car3d;

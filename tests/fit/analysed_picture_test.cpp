@@ -8,6 +8,7 @@
 #include "btfield/image_io.hpp"
 #include "host/fit/likelihood.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 
@@ -20,7 +21,7 @@ Device& device() {
 }
 
 Image crop_of_cork() {
-    return read_picture(BTFIELD_TEST_DATA "/cork.png", Crop{0, 0, 64, 64}).image;
+    return read_picture(test::data_folder() + "/cork.png", Crop{0, 0, 64, 64}).image;
 }
 
 TEST(Analysis, FitsSideBySideAreTheFitsOneByOne) {

@@ -16,12 +16,13 @@
 #include "btfield/synthesis.hpp"
 #include "btfield/theory.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
 namespace {
 
-const std::filesystem::path pictures = BTFIELD_TEST_DATA;
+const std::filesystem::path pictures = test::data_folder();
 
 Device& device() {
     return test::default_device();

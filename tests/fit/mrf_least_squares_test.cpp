@@ -13,6 +13,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/algebra.hpp"
 #include "tests/reference/fields.hpp"
 #include "tests/reference/mrf_least_squares.hpp"
@@ -333,7 +334,7 @@ TEST(MrfLeastSquares, SaysWhenIterationsDisagree) {
 
 TEST(MrfLeastSquares, RealPicturesConverge) {
     for (const char* name : {"cork.png", "grass.png"}) {
-        const std::filesystem::path path = std::filesystem::path(BTFIELD_TEST_DATA) / name;
+        const std::filesystem::path path = std::filesystem::path(test::data_folder()) / name;
         const Image image = read_picture(path).image;
         for (const int order : {1, 3, 5})
             for (const NoiseForm noise : {NoiseForm::full, NoiseForm::diagonal}) {

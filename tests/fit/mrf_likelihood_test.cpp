@@ -15,6 +15,7 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "host/fit/folded_periodogram.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/algebra.hpp"
 #include "tests/reference/fields.hpp"
 #include "tests/reference/markov.hpp"
@@ -34,7 +35,7 @@ using std::size_t;
 constexpr double pi = std::numbers::pi;
 
 Image picture(const char* name) {
-    return read_picture(std::string(BTFIELD_TEST_DATA) + "/" + name).image;
+    return read_picture(test::data_folder() + "/" + name).image;
 }
 
 /// Every pixel less the mean of its four neighbours: without the long waves that need fine grids to check.

@@ -19,6 +19,7 @@
 #include "host/fit/level_gains.hpp"
 #include "host/spectrum/spectral_form.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/moving_average_covariance.hpp"
 
 namespace btfield {
@@ -299,7 +300,7 @@ TEST(RandomDecrement, EveryPictureHasItsMovingAverage) {
     Device device;
     for (const char* name :
          {"bark.png", "cork.png", "cork-xyz.exr", "grass.png", "landsat.tif", "rock.png", "sand.png"}) {
-        Analysis analysis(device, read_picture(std::string(BTFIELD_TEST_DATA "/") + name).image);
+        Analysis analysis(device, read_picture(test::data_folder() + "/" + name).image);
         for (const int order : {1, 5}) {
             for (const int levels : {1, 3}) {
                 for (const MarginalMode marginals : {MarginalMode::match, MarginalMode::none}) {
@@ -377,7 +378,7 @@ TEST(RandomDecrement, SaysWhyItCannot) {
 TEST(RandomDecrement, RealPicturesKeepTheirCovariances) {
     Device device;
     for (const char* name : {"cork", "grass", "sand"}) {
-        const Image image = read_picture(std::string(BTFIELD_TEST_DATA "/") + name + ".png").image;
+        const Image image = read_picture(test::data_folder() + "/" + name + ".png").image;
         const int d = image.planes(), count = default_levels(image.size());
         const std::vector<Image> levels = decompose(device, image, count, 2);
         const std::vector<Offset> lags = probe_lags(image.size());

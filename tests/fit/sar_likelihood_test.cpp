@@ -15,6 +15,7 @@
 #include "host/fit/sar_newton.hpp"
 #include "host/fit/sar_objective.hpp"
 #include "host/spectrum/spectral_density.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/fields.hpp"
 
 namespace btfield {
@@ -27,7 +28,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-const std::filesystem::path pictures = BTFIELD_TEST_DATA;
+const std::filesystem::path pictures = test::data_folder();
 
 /// A valid field; for one plane on a symmetric support a_s = a_{−s}, as the fit has it.
 LinearField known_field(int planes, const std::vector<Offset>& offsets, bool symmetric, unsigned seed) {

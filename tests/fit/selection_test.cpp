@@ -22,6 +22,7 @@
 #include "tests/device_cases.hpp"
 #include "tests/example_model.hpp"
 #include "tests/linear_field_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/algebra.hpp"
 
 namespace btfield {
@@ -235,7 +236,7 @@ TEST(Selection, KappaChoosesDimensionsAndTheLikelihoodTheFamily) {
 
 TEST(Selection, MovingAveragesChooseByLikelihoodOrError) {
     const Image image =
-        read_picture(std::filesystem::path(BTFIELD_TEST_DATA) / "sand.png", Crop{0, 0, 128, 128}).image;
+        read_picture(std::filesystem::path(test::data_folder()) / "sand.png", Crop{0, 0, 128, 128}).image;
     FitOptions options;
     options.model = ModelKind::ma3d;
     options.order = 0;
@@ -294,7 +295,7 @@ TEST(Selection, CorrelatedKeepsTheStrongestOffsets) {
 
 TEST(Selection, CorrelatedFitsEveryFamily) {
     const Image image =
-        read_picture(std::filesystem::path(BTFIELD_TEST_DATA) / "sand.png", Crop{0, 0, 96, 96}).image;
+        read_picture(std::filesystem::path(test::data_folder()) / "sand.png", Crop{0, 0, 96, 96}).image;
     for (const ModelKind kind : {ModelKind::car3d, ModelKind::msar3d, ModelKind::mmrf2d, ModelKind::ma3d}) {
         FitOptions options;
         options.model = kind;

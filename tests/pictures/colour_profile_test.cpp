@@ -3,20 +3,16 @@
 #include "host/pictures/oiio/colour_profile.hpp"
 
 #include <gtest/gtest.h>
-#include <lcms2.h>
 
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
-
-#include <jpeglib.h>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "host/pictures/colour.hpp"
+#include "tests/foreign_bytes.hpp"
 #include "tests/picture_bytes.hpp"
 #include "tests/picture_files.hpp"
 #include "tests/temporary_folder.hpp"
@@ -29,6 +25,7 @@ using detail::srgb_encoded;
 using test::big_endian;
 using test::png_bytes;
 using test::png_chunk;
+using test::profile_bytes;
 using test::put_bytes;
 using test::TemporaryFolder;
 
@@ -46,27 +43,6 @@ std::string primaries_chunk(const Chromaticities& c) {
     std::string content;
     for (const std::size_t i : {6U, 7U, 0U, 1U, 2U, 3U, 4U, 5U}) content += hundred_thousandth(c.at(i));
     return png_chunk("cHRM", content);
-}
-
-/// A profile of these primaries, whose light is value ^ exponent; of grey without primaries.
-std::string profile_bytes(const Chromaticities* c, double exponent) {
-    cmsToneCurve* const curve = cmsBuildGamma(nullptr, exponent);
-    const std::array<cmsToneCurve*, 3> curves{curve, curve, curve};
-    const cmsCIExyY white{0.3127, 0.3290, 1.0};
-    cmsHPROFILE profile = nullptr;
-    if (c != nullptr) {
-        const cmsCIExyYTRIPLE primaries{{(*c)[0], (*c)[1], 1}, {(*c)[2], (*c)[3], 1}, {(*c)[4], (*c)[5], 1}};
-        profile = cmsCreateRGBProfile(&white, &primaries, curves.data());
-    } else {
-        profile = cmsCreateGrayProfile(&white, curve);
-    }
-    cmsUInt32Number size = 0;
-    cmsSaveProfileToMem(profile, nullptr, &size);
-    std::string bytes(size, '\0');
-    cmsSaveProfileToMem(profile, bytes.data(), &size);
-    cmsCloseProfile(profile);
-    cmsFreeToneCurve(curve);
-    return bytes;
 }
 
 std::string profile_chunk(const std::string& profile) {
@@ -134,22 +110,22 @@ TEST_F(ColourProfile, PngPrimariesAndCodePoints) {
 }
 
 TEST_F(ColourProfile, IccOfColoursAndGrey) {
-    const Picture picture = png(profile_chunk(profile_bytes(&display_p3, 2.2)));
+    const Picture picture = png(profile_chunk(profile_bytes(display_p3, 2.2)));
     EXPECT_EQ(picture.image.space(), ColourSpace::srgb);
     // Numbers of profiles have 16 bits.
     expect_pixel(picture, converted(display_p3, [](double v) { return std::pow(v, 2.2); }), 3e-4);
     ASSERT_EQ(picture.remarks.size(), 1U);
     EXPECT_NE(picture.remarks[0].find("colour profile"), std::string::npos);
-    expect_untouched(png(profile_chunk(profile_bytes(&display_p3, 2.2)), 2, true), ColourSpace::unspecified);
+    expect_untouched(png(profile_chunk(profile_bytes(display_p3, 2.2)), 2, true), ColourSpace::unspecified);
     // Pure green of wide primaries leaves sRGB, and is not cut.
     put_bytes(folder_ / "green.png", png_bytes({1, 1}, 2, std::string("\0\xff\0", 3),
-                                               profile_chunk(profile_bytes(&display_p3, 2.2))));
+                                               profile_chunk(profile_bytes(display_p3, 2.2))));
     EXPECT_LT(read_picture(folder_ / "green.png").image.at(0, 0, 0), -0.1F);
-    EXPECT_EQ(png(profile_chunk(profile_bytes(&display_p3, 1.0))).image.space(), ColourSpace::linear);
-    EXPECT_NEAR(png(profile_chunk(profile_bytes(nullptr, 1.8)), 0).image.at(0, 0, 0),
+    EXPECT_EQ(png(profile_chunk(profile_bytes(display_p3, 1.0))).image.space(), ColourSpace::linear);
+    EXPECT_NEAR(png(profile_chunk(profile_bytes({}, 1.8)), 0).image.at(0, 0, 0),
                 srgb_encoded(std::pow(100 / 255.0, 1.8)), 3e-4);
     // One of another kind, and one that is none.
-    const Picture grey_profile = png(profile_chunk(profile_bytes(nullptr, 1.8)));
+    const Picture grey_profile = png(profile_chunk(profile_bytes({}, 1.8)));
     EXPECT_EQ(grey_profile.image.at(0, 0, 0), 200.0F / 255.0F);
     EXPECT_EQ(grey_profile.remarks.size(), 1U);
     EXPECT_EQ(png(profile_chunk("no profile")).remarks.size(), 1U);
@@ -157,13 +133,7 @@ TEST_F(ColourProfile, IccOfColoursAndGrey) {
 }
 
 TEST_F(ColourProfile, SrgbProfileLeavesNumbersAlone) {
-    const cmsHPROFILE profile = cmsCreate_sRGBProfile();
-    cmsUInt32Number size = 0;
-    cmsSaveProfileToMem(profile, nullptr, &size);
-    std::string bytes(size, '\0');
-    cmsSaveProfileToMem(profile, bytes.data(), &size);
-    cmsCloseProfile(profile);
-    expect_untouched(png(profile_chunk(bytes)), ColourSpace::srgb);
+    expect_untouched(png(profile_chunk(test::srgb_profile_bytes())), ColourSpace::srgb);
 }
 
 TEST_F(ColourProfile, PngIsTurnedAndPalettesAreColours) {
@@ -177,15 +147,6 @@ TEST_F(ColourProfile, PngIsTurnedAndPalettesAreColours) {
                  1e-6);
 }
 
-/// With segments put behind the start mark.
-std::string with_segments(const std::string& jpeg, const std::vector<std::pair<int, std::string>>& segments) {
-    std::string result = jpeg.substr(0, 2);
-    for (const auto& [marker, content] : segments)
-        result += '\xff' + std::string(1, static_cast<char>(marker)) +
-                  big_endian(static_cast<std::uint32_t>(content.size() + 2), 2) + content;
-    return result + jpeg.substr(2);
-}
-
 TEST_F(ColourProfile, JpegProfileInPiecesAndOrientation) {
     Image image({8, 16}, 3, ColourSpace::srgb);
     for (int p = 0; p < 3; ++p)
@@ -193,12 +154,13 @@ TEST_F(ColourProfile, JpegProfileInPiecesAndOrientation) {
             v = std::array{200.0F, 100.0F, 50.0F}[static_cast<std::size_t>(p)] / 255.0F;
     write_picture(folder_ / "plain.jpg", image);
     const Picture plain = read_picture(folder_ / "plain.jpg");
-    const std::string profile = profile_bytes(&display_p3, 2.2), head = std::string("ICC_PROFILE\0", 12);
+    const std::string profile = profile_bytes(display_p3, 2.2), head = std::string("ICC_PROFILE\0", 12);
     const std::size_t half = profile.size() / 2;
-    put_bytes(folder_ / "a.jpg", with_segments(test::bytes_of(folder_ / "plain.jpg"),
-                                               {{0xE1, std::string("Exif\0\0", 6) + test::exif_bytes(8)},
-                                                {0xE2, head + "\2\2" + profile.substr(half)},
-                                                {0xE2, head + "\1\2" + profile.substr(0, half)}}));
+    put_bytes(folder_ / "a.jpg",
+              test::with_segments(test::bytes_of(folder_ / "plain.jpg"),
+                                  {{0xE1, std::string("Exif\0\0", 6) + test::exif_bytes(8)},
+                                   {0xE2, head + "\2\2" + profile.substr(half)},
+                                   {0xE2, head + "\1\2" + profile.substr(0, half)}}));
     const Picture picture = read_picture(folder_ / "a.jpg");
     EXPECT_EQ(picture.image.size(), (Size{16, 8}));
     const detail::Matrix3 m = detail::rec709_from(display_p3).value();
@@ -211,39 +173,12 @@ TEST_F(ColourProfile, JpegProfileInPiecesAndOrientation) {
     }
 }
 
-/// Four inks of 8 x 8 pixels, each the same all over, as libjpeg writes them.
-std::string ink_jpeg(const std::array<unsigned char, 4>& inks, bool adobe) {
-    jpeg_compress_struct codec{};
-    jpeg_error_mgr errors{};
-    codec.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&codec);
-    unsigned char* bytes = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&codec, &bytes, &size);
-    codec.image_width = codec.image_height = 8;
-    codec.input_components = 4;
-    codec.in_color_space = JCS_CMYK;
-    jpeg_set_defaults(&codec);
-    jpeg_set_quality(&codec, 100, TRUE);
-    codec.write_Adobe_marker = adobe ? TRUE : FALSE;
-    jpeg_start_compress(&codec, TRUE);
-    std::array<unsigned char, 32> row{};
-    for (std::size_t i = 0; i < row.size(); ++i) row.at(i) = inks.at(i % 4);
-    JSAMPROW line = row.data();
-    for (int r = 0; r < 8; ++r) jpeg_write_scanlines(&codec, &line, 1);
-    jpeg_finish_compress(&codec);
-    std::string result(reinterpret_cast<const char*>(bytes), size);
-    jpeg_destroy_compress(&codec);
-    std::free(bytes);
-    return result;
-}
-
 TEST_F(ColourProfile, JpegOfInksEitherWayRound) {
     // Adobe stores 255 - ink.
     for (const bool adobe : {true, false}) {
         const std::array<unsigned char, 4> inks = adobe ? std::array<unsigned char, 4>{204, 255, 0, 127}
                                                         : std::array<unsigned char, 4>{51, 0, 255, 128};
-        put_bytes(folder_ / "inks.jpg", ink_jpeg(inks, adobe));
+        put_bytes(folder_ / "inks.jpg", test::ink_jpeg(inks, adobe));
         const Picture picture = read_picture(folder_ / "inks.jpg");
         EXPECT_EQ(picture.image.space(), ColourSpace::srgb);
         EXPECT_EQ(picture.remarks.size(), 1U);
@@ -269,8 +204,8 @@ TEST_F(ColourProfile, CamerasSayAdobeRgbInExif) {
     const std::string exif = std::string("II*\0", 4) + little_endian(8) +
                              list(0x8769, 4, 1, little_endian(26)) + list(0xA005, 4, 1, little_endian(44)) +
                              list(1, 2, 4, std::string("R03\0", 4));
-    put_bytes(folder_ / "a.jpg", with_segments(test::bytes_of(folder_ / "plain.jpg"),
-                                               {{0xE1, std::string("Exif\0\0", 6) + exif}}));
+    put_bytes(folder_ / "a.jpg", test::with_segments(test::bytes_of(folder_ / "plain.jpg"),
+                                                     {{0xE1, std::string("Exif\0\0", 6) + exif}}));
     const Picture picture = read_picture(folder_ / "a.jpg");
     EXPECT_EQ(picture.remarks.size(), 1U);
     EXPECT_LT(picture.image.at(0, 4, 4), -0.1F);  // its green is beyond sRGB's

@@ -12,6 +12,7 @@
 #include "btfield/image_io.hpp"
 #include "tests/full_disk.hpp"
 #include "tests/picture_files.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -202,7 +203,7 @@ TEST(image_io_error, not_a_number) {
 }
 
 TEST(image_io_error, crops) {
-    const fs::path path = fs::path(BTFIELD_TEST_DATA) / "cork-xyz.exr";
+    const fs::path path = fs::path(test::data_folder()) / "cork-xyz.exr";
     constexpr int most = std::numeric_limits<int>::max();
     for (const Crop crop : {Crop{0, 0, 0, 5}, Crop{0, 0, 5, 0}, Crop{-1, 0, 5, 5}, Crop{0, -1, 5, 5},
                             Crop{0, 0, -5, 5}, Crop{124, 0, 5, 5}, Crop{0, 124, 5, 5}, Crop{128, 0, 1, 1},
@@ -214,7 +215,8 @@ TEST(image_io_error, crops) {
         "read '" + path.string() +
             "': the crop 124,0,5,6 is empty or leaves the picture of 128x128 pixels; give X,Y,W,H inside the "
             "picture");
-    EXPECT_TRUE(says(read_failure(fs::path(BTFIELD_TEST_DATA) / "rock.png", Crop{0, 0, 257, 1}), "256x256"));
+    EXPECT_TRUE(
+        says(read_failure(fs::path(test::data_folder()) / "rock.png", Crop{0, 0, 257, 1}), "256x256"));
 }
 
 TEST(image_io_error, sizes_that_cannot_be) {

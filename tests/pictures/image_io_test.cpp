@@ -13,6 +13,7 @@
 
 #include "btfield/error.hpp"
 #include "tests/picture_files.hpp"
+#include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -26,7 +27,7 @@ using test::sampled;
 using test::TemporaryFolder;
 using test::write_foreign;
 
-const fs::path data{BTFIELD_TEST_DATA};
+const fs::path data{test::data_folder()};
 
 void expect_equal(const Image& a, const Image& b) {
     ASSERT_EQ(a.size(), b.size());
@@ -379,6 +380,20 @@ TEST(image_io, pnm_of_all_kinds) {
     EXPECT_EQ(values("P6 1 1 255\n\0\x33\xff"s), (std::vector<float>{0.0F, 51.0F / 255.0F, 1.0F}));
     EXPECT_EQ(values("P5\n2 1\n65535\n\x33\x33\xff\xff"), (std::vector<float>{13107.0F / 65535.0F, 1.0F}));
     EXPECT_EQ(values("P4\n8 1\n\x81"), (std::vector<float>{0, 1, 1, 1, 1, 1, 1, 0}));
+}
+
+TEST(image_io, pnm_of_several_pictures) {
+    const TemporaryFolder folder;
+    put_bytes(folder / "a.pnm", "P5 1 1 255\n\x33P4\n# bits\n1 1\n\x80P6 1 1 255\nabc");
+    EXPECT_THROW(static_cast<void>(read_picture(folder / "a.pnm")), InputError);
+    ReadOptions options;
+    options.part = "2";
+    EXPECT_EQ(read_picture(folder / "a.pnm", options).image.at(2, 0, 0), static_cast<float>('c') / 255.0F);
+    options.part = "3";
+    EXPECT_THROW(static_cast<void>(read_picture(folder / "a.pnm", options)), InputError);
+    // What follows is not always a picture.
+    put_bytes(folder / "b.pnm", "P5 1 1 255\n\x33 and more");
+    EXPECT_EQ(read_picture(folder / "b.pnm").image.at(0, 0, 0), 0.2F);
 }
 
 // --- Crops

@@ -9,6 +9,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "tests/places.hpp"
 #include "tests/run_program.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -17,11 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string cork = BTFIELD_TEST_DATA "/cork.png";
+const std::string cork = test::data_folder() + "/cork.png";
 
 /// The command under the system's account of every library that it loads.
 test::Ended run_traced(std::vector<std::string> words) {
-    words.insert(words.begin(), {"/usr/bin/env", "LD_DEBUG=files", BTFIELD_CLI});
+    words.insert(words.begin(), {"/usr/bin/env", "LD_DEBUG=files", test::command_path()});
     return test::run_program(std::move(words));
 }
 
@@ -49,15 +50,16 @@ TEST(picture_codec, only_commands_with_pictures_load_it) {
 
 TEST(picture_codec, without_it_the_error_names_the_file) {
     const test::TemporaryFolder folder;
-    const fs::path library(BTFIELD_LIBRARY);
+    const fs::path library(test::library_path());
     fs::copy_file(library, folder.path() / library.filename());
     const std::string path = "LD_LIBRARY_PATH=" + folder.path().string();
-    const test::Ended ended = test::run_program({"/usr/bin/env", path, BTFIELD_CLI, "compare", cork, cork});
+    const test::Ended ended =
+        test::run_program({"/usr/bin/env", path, test::command_path(), "compare", cork, cork});
     EXPECT_EQ(ended.code, 1);
     EXPECT_TRUE(says(ended.err, "read '" + cork + "'")) << ended.err;
     const fs::path looked_for = fs::canonical(folder.path()) / "btfield" / "btfield_pictures.so";
     EXPECT_TRUE(says(ended.err, "'" + looked_for.string() + "'")) << ended.err;
-    const test::Ended version = test::run_program({"/usr/bin/env", path, BTFIELD_CLI, "--version"});
+    const test::Ended version = test::run_program({"/usr/bin/env", path, test::command_path(), "--version"});
     EXPECT_EQ(version.code, 0) << version.err;
 }
 

@@ -12,11 +12,12 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
 
-const std::string data = BTFIELD_TEST_DATA;
+const std::string data = test::data_folder();
 
 SourceMap quilt(Device& device, const Image& sample, Size size, const RollerOptions& options = {}) {
     return Roller(device, std::span(&sample, 1)).quilt(size, options);

@@ -13,6 +13,7 @@
 
 #include "host/synthesis/spectral_factors.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/places.hpp"
 #include "tests/reference/noise.hpp"
 
 namespace btfield {
@@ -40,7 +41,7 @@ struct KnownAnswers {
 };
 
 KnownAnswers read_known_answers() {
-    const std::string path = std::string(BTFIELD_TEST_DATA) + "/known_answers.txt";
+    const std::string path = test::data_folder() + "/known_answers.txt";
     std::ifstream file(path);
     KnownAnswers answers;
     std::string line;

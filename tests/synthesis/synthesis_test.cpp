@@ -16,6 +16,7 @@
 #include "btfield/image_io.hpp"
 #include "btfield/pyramid.hpp"
 #include "btfield/theory.hpp"
+#include "tests/places.hpp"
 
 namespace btfield {
 namespace {
@@ -291,7 +292,7 @@ TEST(Synthesis, RefusesModelsWhoseCertificateFails) {
 
 TEST(Synthesis, MarkovModelsThatAreNoFieldsGiveFiniteTextures) {
     Device device;
-    Analysis analysis(device, read_picture(BTFIELD_TEST_DATA "/cork.png").image.crop(0, 0, {128, 128}));
+    Analysis analysis(device, read_picture(test::data_folder() + "/cork.png").image.crop(0, 0, {128, 128}));
     for (const ModelKind kind :
          {ModelKind::mmrf2d, ModelKind::mmrf3d, ModelKind::pmrf2d, ModelKind::pmrf3d}) {
         FitOptions fit_options;
@@ -387,7 +388,7 @@ void PrintTo(const Picture512& p, std::ostream* out) {
 class SynthesisOfPictures : public testing::TestWithParam<Picture512> {};
 
 TEST_P(SynthesisOfPictures, KeepsDeviationAndCovariance) {
-    const std::filesystem::path path = std::filesystem::path(BTFIELD_TEST_DATA) / GetParam().file;
+    const std::filesystem::path path = std::filesystem::path(test::data_folder()) / GetParam().file;
     const Image picture = read_picture(path).image;
     Device device;
     FitOptions options;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -68,7 +69,8 @@ class IccConversion {
         cmsSetLogErrorHandler(nullptr);
         profile_.reset(cmsOpenProfileFromMem(bytes.data(), static_cast<cmsUInt32Number>(bytes.size())));
         if (!profile_) return;
-        const cmsColorSpaceSignature space = cmsGetColorSpace(profile_.get());
+        // A number: a damaged profile has any, also those that the enumeration lacks.
+        const auto space = static_cast<std::uint32_t>(cmsGetColorSpace(profile_.get()));
         cmsUInt32Number type = 0;
         if (space == cmsSigRgbData) {
             channels_ = 3;

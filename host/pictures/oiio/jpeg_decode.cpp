@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -15,10 +16,22 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/channels.hpp"
+#include "host/pictures/exif.hpp"
+#include "host/pictures/oiio/colour_profile.hpp"
+#include "host/pictures/orientation.hpp"
 #include "host/pictures/picture_format.hpp"
 
 namespace btfield::detail {
 namespace {
+
+/// What stands around the pixels.
+struct JpegMarkers {
+    std::string missing_end;  ///< where the file breaks off before its end mark; empty when it is complete
+    std::string profile;      ///< ICC, put together from its pieces; empty: none or damaged
+    std::string exif;         ///< from its byte order mark on; empty: none
+    bool adobe = false;       ///< written by a program of Adobe: inks are stored the other way round
+};
 
 /// Pieces of a profile, by number from 1 on.
 std::string joined(const std::map<int, std::string>& pieces, int count) {
@@ -69,9 +82,6 @@ class MarkerReader {
         using namespace std::string_view_literals;
         constexpr auto exif = "Exif\0\0"sv;
         constexpr auto icc = "ICC_PROFILE\0"sv;
-        const bool frame =
-            marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-        if (frame && content.size() > 5) markers_.components = static_cast<unsigned char>(content[5]);
         if (marker == 0xE1 && content.starts_with(exif) && markers_.exif.empty())
             markers_.exif = content.substr(exif.size());
         if (marker == 0xEE && content.starts_with("Adobe")) markers_.adobe = true;
@@ -87,15 +97,21 @@ class MarkerReader {
     int pieces_ = 0;
 };
 
-/// libjpeg's state. What fails in libjpeg leaves by longjmp() to the step that is run, which holds no object
+/// libjpeg's state. What fails in libjpeg leaves by longjmp() to the step that is run, which makes no object
 /// with a destructor.
 struct JpegState {
+    JpegState() = default;
+    ~JpegState() {
+        if (opened) jpeg_destroy_decompress(&codec);
+    }
+    JpegState(const JpegState&) = delete;
+    JpegState& operator=(const JpegState&) = delete;
+
     jpeg_decompress_struct codec{};
     jpeg_error_mgr errors{};
     std::jmp_buf back{};
     char message[JMSG_LENGTH_MAX]{};
     bool opened = false;
-    JSAMPROW rows = nullptr;  ///< of the whole picture
 };
 
 void leave(j_common_ptr codec) {
@@ -122,47 +138,54 @@ bool read_header(JpegState& state, std::FILE* file) {
     return true;
 }
 
-bool read_all_rows(JpegState& state) {
+/// \param row  memory of one row, all components of a pixel beside each other
+bool read_rows(JpegState& state, JSAMPLE* row, const Crop& crop, Image& image) {
     if (setjmp(state.back) != 0) return false;
-    state.codec.out_color_space = JCS_CMYK;
+    const int planes = image.planes();
+    state.codec.out_color_space = planes == 4 ? JCS_CMYK : planes == 3 ? JCS_RGB : JCS_GRAYSCALE;
     jpeg_start_decompress(&state.codec);
-    JSAMPROW row = state.rows;
     while (state.codec.output_scanline < state.codec.output_height) {
+        const int r = static_cast<int>(state.codec.output_scanline) - crop.y;
         jpeg_read_scanlines(&state.codec, &row, 1);
-        row += static_cast<std::size_t>(state.codec.output_width) * 4;
+        if (r < 0 || r >= crop.height) continue;
+        const JSAMPLE* from = row + static_cast<std::size_t>(crop.x) * static_cast<std::size_t>(planes);
+        for (int c = 0; c < crop.width; ++c)
+            for (int p = 0; p < planes; ++p) image.at(p, r, c) = static_cast<float>(*from++) / 255.0F;
     }
     jpeg_finish_decompress(&state.codec);
     return true;
 }
 
-/// An open JPEG of four components.
-class InkFile {
+/// An open JPEG.
+class JpegFile {
   public:
-    InkFile(const std::filesystem::path& path, const std::string& asked)
-        : asked_(asked),
-          file_(std::fopen(path.c_str(), "rbe"), &std::fclose),
-          state_(std::make_unique<JpegState>()) {
-        if (!file_ || !read_header(*state_, file_.get())) refuse();
+    JpegFile(const std::filesystem::path& path, const std::string& asked)
+        : asked_(asked), file_(std::fopen(path.c_str(), "rbe"), &std::fclose) {
+        if (!file_) throw InputError(asked, "the file cannot be opened", "check the permissions");
+        if (!read_header(state_, file_.get())) refuse();
+        const int components = state_.codec.num_components;
+        if (components != 1 && components != 3 && components != 4)
+            throw InputError(
+                asked,
+                "it is of a kind that is not supported (" + std::to_string(components) + " components)",
+                convert_it);
     }
-    ~InkFile() {
-        if (state_->opened) jpeg_destroy_decompress(&state_->codec);
-    }
-    InkFile(const InkFile&) = delete;
-    InkFile& operator=(const InkFile&) = delete;
 
     [[nodiscard]] Size size() const {
-        return {static_cast<int>(state_->codec.image_height), static_cast<int>(state_->codec.image_width)};
+        return {static_cast<int>(state_.codec.image_height), static_cast<int>(state_.codec.image_width)};
     }
-    [[nodiscard]] std::vector<JSAMPLE> inks() {
-        std::vector<JSAMPLE> values(area(size()) * 4);
-        state_->rows = values.data();
-        if (!read_all_rows(*state_)) refuse();
-        return values;
+    [[nodiscard]] Image read(const Crop& crop) {
+        const int planes = state_.codec.num_components;
+        Image image({crop.height, crop.width}, planes,
+                    planes == 3 ? ColourSpace::srgb : ColourSpace::unspecified);
+        std::vector<JSAMPLE> row(static_cast<std::size_t>(size().width) * static_cast<std::size_t>(planes));
+        if (!read_rows(state_, row.data(), crop, image)) refuse();
+        return image;
     }
 
   private:
     [[noreturn]] void refuse() const {
-        const std::string why = valid_utf8(state_->message);
+        const std::string why = valid_utf8(state_.message);
         const bool unknown =
             why.find("nsupported") != std::string::npos || why.find("not supported") != std::string::npos;
         throw InputError(
@@ -172,39 +195,61 @@ class InkFile {
     }
     const std::string& asked_;
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
-    std::unique_ptr<JpegState> state_;
+    JpegState state_;
 };
 
-}  // namespace
+/// What Sony's and others' cameras mean by Adobe RGB (1998), whose exponent is 2 + 51/256.
+ColourMeaning adobe_rgb() {
+    ColourMeaning meaning;
+    meaning.primaries = Chromaticities{0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290};
+    meaning.exponent = 563.0 / 256.0;
+    meaning.said_by = "from Adobe RGB (1998), as its EXIF says";
+    return meaning;
+}
 
+void apply_colours(Picture& picture, const JpegMarkers& markers, const Exif& exif, bool keep_values) {
+    if (picture.image.planes() == 4) {
+        if (markers.adobe)
+            for (float& ink : picture.image.values()) ink = 1.0F - ink;
+        if (markers.profile.empty()) return convert_cmyk(picture, keep_values);
+    }
+    ColourMeaning meaning;
+    meaning.profile = markers.profile;
+    if (markers.profile.empty() && exif.adobe_rgb && picture.image.planes() == 3) meaning = adobe_rgb();
+    apply_meaning(picture, meaning, keep_values);
+}
+
+/// The decoder pads what is missing with grey; so the end is looked for here.
 JpegMarkers jpeg_markers(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     return MarkerReader({std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}).read();
 }
 
-Size size_of_inks(const std::filesystem::path& path, const std::string& asked) {
-    return InkFile(path, asked).size();
-}
+}  // namespace
 
-Image decode_inks(const std::filesystem::path& path, const std::optional<Crop>& crop,
-                  const JpegMarkers& markers, const std::string& asked) {
-    InkFile file(path, asked);
+Picture decode_jpeg(const std::filesystem::path& path, const ReadOptions& options, std::uintmax_t file_bytes,
+                    const std::string& asked) {
+    const JpegMarkers markers = jpeg_markers(path);
+    if (!markers.missing_end.empty()) throw InputError(asked, markers.missing_end, use_a_complete_file);
+    JpegFile file(path, asked);
     const Size size = file.size();
-    const Crop part = checked_crop(crop, size, asked);
-    const std::vector<JSAMPLE> values = file.inks();
-    Image image({part.height, part.width}, 4);
-    for (int row = 0; row < part.height; ++row)
-        for (int column = 0; column < part.width; ++column)
-            for (int p = 0; p < 4; ++p) {
-                const std::size_t at =
-                    (static_cast<std::size_t>(part.y + row) * static_cast<std::size_t>(size.width) +
-                     static_cast<std::size_t>(part.x + column)) *
-                        4 +
-                    static_cast<std::size_t>(p);
-                const float value = static_cast<float>(values[at]) / 255.0F;
-                image.at(p, row, column) = markers.adobe ? 1.0F - value : value;
-            }
-    return image;
+    check_packing(size, 4.0 * size.width, file_bytes, asked);
+    static_cast<void>(chosen_part({{{}, compact_text_of(size), false}}, options.part, asked));
+    const Exif exif = read_exif(markers.exif);
+    const Orientation orientation(exif.orientation);
+    const Crop crop = checked_crop(options.crop, orientation.upright(size), asked);
+    Picture picture;
+    try {
+        picture.image = file.read(orientation.stored(crop, size));
+    } catch (const std::bad_alloc&) {
+        throw InputError(asked, compact_text_of(crop) + " pixels do not fit in memory", "crop the picture");
+    }
+    apply_colours(picture, markers, exif, options.keep_values);
+    make_upright(picture, orientation);
+    std::vector<std::string> names = channel_names(picture.image.planes());
+    if (picture.image.planes() == 4) names = {"C", "M", "Y", "K"};
+    keep_planes(picture, plan_channels(names, options.planes, -1, asked));
+    return picture;
 }
 
 }  // namespace btfield::detail

@@ -22,6 +22,7 @@
 #include "host/base/text.hpp"
 #include "host/pictures/channels.hpp"
 #include "host/pictures/colour.hpp"
+#include "host/pictures/container_chunks.hpp"
 #include "host/pictures/exif.hpp"
 #include "host/pictures/oiio/colour_profile.hpp"
 #include "host/pictures/oiio/jpeg_decode.hpp"
@@ -310,75 +311,33 @@ struct Surroundings {
     std::string remark;
 };
 
-/// Sony's and others' cameras: Adobe RGB (1998), whose exponent is 2 + 51/256.
-ColourMeaning adobe_rgb() {
-    ColourMeaning meaning;
-    meaning.primaries = Chromaticities{0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290};
-    meaning.exponent = 563.0 / 256.0;
-    meaning.said_by = "from Adobe RGB (1998), as its EXIF says";
-    return meaning;
+std::string bytes_of(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-/// ICC and EXIF chunks of a WebP, which OpenImageIO passes over.
-Surroundings webp_surroundings(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+/// A profile says more than code points do.
+Surroundings surroundings_of(const ContainerChunks& chunks, const std::string& asked) {
     Surroundings result;
-    for (std::size_t at = 12; at + 8 <= bytes.size();) {
-        std::size_t length = 0;
-        for (std::size_t i = 4; i > 0; --i)
-            length = length << 8 | static_cast<unsigned char>(bytes[at + 3 + i]);
-        const std::string_view name = std::string_view(bytes).substr(at, 4);
-        const std::string_view content = std::string_view(bytes).substr(at + 8, length);
-        if (name == "ICCP") result.meaning.profile = content;
-        if (name == "EXIF")
-            result.exif = read_exif(content.starts_with("Exif") ? content.substr(6) : content);
-        at += 8 + length + length % 2;
+    result.exif = read_exif(chunks.exif);
+    if (!chunks.profile.empty()) {
+        result.meaning.profile = chunks.profile;
+    } else if (!chunks.code_points.empty()) {
+        result.meaning = meaning_of_code_points(chunks.code_points, "nclx", result.remark, asked);
     }
     return result;
 }
 
 Surroundings surroundings_of(const std::filesystem::path& path, PictureFormat format, const PngChunks& chunks,
-                             const JpegMarkers& markers, const OIIO::ImageSpec& spec,
                              const std::string& asked) {
+    if (format == PictureFormat::webp) return surroundings_of(webp_chunks(bytes_of(path)), asked);
+    if (format == PictureFormat::heif) return surroundings_of(heif_chunks(bytes_of(path)), asked);
     Surroundings result;
-    if (format == PictureFormat::webp) return webp_surroundings(path);
     if (format == PictureFormat::png) {
         result.meaning = meaning_of(chunks, result.remark, asked);
         result.exif = read_exif(chunks.exif);
-    } else if (format == PictureFormat::jpeg) {
-        result.meaning.profile = markers.profile;
-        result.exif = read_exif(markers.exif);
-        if (markers.profile.empty() && result.exif.adobe_rgb && markers.components == 3)
-            result.meaning = adobe_rgb();
-    } else if (const auto* profile = spec.find_attribute("ICCProfile"); profile != nullptr) {
-        // Of HEIC the decoder applies the orientation itself.
-        result.meaning.profile.assign(static_cast<const char*>(profile->data()), profile->type().size());
     }
     return result;
-}
-
-/// A JPEG of four inks.
-Picture read_inks(const std::filesystem::path& path, const ReadOptions& options, const JpegMarkers& markers,
-                  const std::string& asked) {
-    const Size size = size_of_inks(path, asked);
-    static_cast<void>(chosen_part({{{}, compact_text_of(size), false}}, options.part, asked));
-    const Orientation orientation(read_exif(markers.exif).orientation);
-    const Crop crop = checked_crop(options.crop, orientation.upright(size), asked);
-    Picture picture;
-    picture.image = decode_inks(path, orientation.stored(crop, size), markers, asked);
-    if (markers.profile.empty()) {
-        convert_cmyk(picture, options.keep_values);
-    } else {
-        ColourMeaning meaning;
-        meaning.profile = markers.profile;
-        apply_meaning(picture, meaning, options.keep_values);
-    }
-    make_upright(picture, orientation);
-    std::vector<std::string> names = channel_names(3);
-    if (picture.image.planes() == 4) names = {"C", "M", "Y", "K"};
-    keep_planes(picture, plan_channels(names, options.planes, -1, asked));
-    return picture;
 }
 
 /// Of formats whose channels have no names: planes of colours are chosen once the colours are understood.
@@ -426,22 +385,16 @@ Picture read_named(OpenFile& file, PictureFormat format, const ReadOptions& opti
 Picture decode_picture(const std::filesystem::path& path, PictureFormat format, const ReadOptions& options,
                        std::uintmax_t file_bytes, const std::string& asked) {
     if (format == PictureFormat::tiff) return decode_tiff(path, options, file_bytes, asked);
+    if (format == PictureFormat::jpeg) return decode_jpeg(path, options, file_bytes, asked);
     OpenFile file;
     PngChunks chunks;
-    JpegMarkers markers;
     if (format == PictureFormat::png) file.frame = checked_png(path, asked, &chunks);
-    if (format == PictureFormat::jpeg) {
-        markers = jpeg_markers(path);
-        if (!markers.missing_end.empty()) throw InputError(asked, markers.missing_end, use_a_complete_file);
-        if (markers.components == 4) return read_inks(path, options, markers, asked);
-    }
     open_file(file, path, format, options.part, asked);
     check_header(file.spec, file_bytes, asked);
     Picture picture =
         format == PictureFormat::exr
             ? read_named(file, format, options, asked)
-            : read_colours(file, format, surroundings_of(path, format, chunks, markers, file.spec, asked),
-                           options, asked);
+            : read_colours(file, format, surroundings_of(path, format, chunks, asked), options, asked);
     // Damage that the decoder could paint over is reported only here.
     if (file.input->has_error()) refuse_codec(*file.input, "it is damaged", asked);
     if (chunks.animated) picture.remarks.emplace_back("it is animated, and its first picture is read");

@@ -61,21 +61,28 @@ std::optional<Chromaticities> primaries_of_code(int code) {
     }
 }
 
-ColourMeaning meaning_of_code_points(std::string_view code, std::string& remark, const std::string& asked) {
+/// "Unspecified" in both lists.
+constexpr int unsaid = 2;
+
+}  // namespace
+
+ColourMeaning meaning_of_code_points(std::string_view codes, const std::string& where, std::string& remark,
+                                     const std::string& asked) {
     ColourMeaning meaning;
-    const auto byte = [&](std::size_t i) { return static_cast<int>(static_cast<unsigned char>(code[i])); };
-    meaning.said_by = "from what its cICP says";
-    const int transfer = byte(1);
+    const auto byte = [&](std::size_t i) { return static_cast<int>(static_cast<unsigned char>(codes[i])); };
+    meaning.said_by = "from what its " + where + " says";
+    const int primaries = byte(0), transfer = byte(1);
     if (transfer == 16 || transfer == 18)
         throw InputError(asked,
                          std::string("its transfer function is ") + (transfer == 16 ? "PQ" : "HLG") +
                              ", which is not supported",
                          convert_it);
-    meaning.primaries = primaries_of_code(byte(0));
-    if (!meaning.primaries)
-        remark = "its cICP primaries, number " + std::to_string(byte(0)) +
+    meaning.primaries = primaries_of_code(primaries);
+    if (!meaning.primaries && primaries != unsaid)
+        remark = "its " + where + " primaries, number " + std::to_string(primaries) +
                  ", are not known, and Rec. 709 is assumed";
     switch (transfer) {
+        case unsaid:
         case 13:
             break;
         case 8:
@@ -94,17 +101,16 @@ ColourMeaning meaning_of_code_points(std::string_view code, std::string& remark,
             meaning.rec709_curve = true;
             break;
         default:
-            remark = "its cICP transfer function, number " + std::to_string(transfer) +
+            remark = "its " + where + " transfer function, number " + std::to_string(transfer) +
                      ", is not known, and sRGB is assumed";
     }
     return meaning;
 }
 
-}  // namespace
-
 ColourMeaning meaning_of(const PngChunks& chunks, std::string& remark, const std::string& asked) {
     ColourMeaning meaning;
-    if (chunks.code_points.size() == 4) return meaning_of_code_points(chunks.code_points, remark, asked);
+    if (chunks.code_points.size() == 4)
+        return meaning_of_code_points(chunks.code_points, "cICP", remark, asked);
     if (!chunks.profile.empty()) {
         meaning.profile = inflated(chunks.profile);
         if (meaning.profile.empty()) remark = "its colour profile is damaged and was ignored";

@@ -18,9 +18,15 @@ struct PngChunks {
     bool animated = false;  ///< acTL: only the first picture is read
 };
 
+/// Of primaries and transfer function by ITU-T H.273, one byte each; others may follow.
+/// \param where    "cICP", for remarks
+/// \throws InputError for transfer functions that are not supported: PQ and HLG
+[[nodiscard]] ColourMeaning meaning_of_code_points(std::string_view codes, const std::string& where,
+                                                   std::string& remark, const std::string& asked);
+
 /// cICP before iCCP, before sRGB, before gAMA and cHRM, as the specification has it. A gamma of 1/2.2 is
 /// sRGB's.
-/// \throws InputError for transfer functions that are not supported: PQ and HLG
+/// \throws InputError as meaning_of_code_points()
 [[nodiscard]] ColourMeaning meaning_of(const PngChunks& chunks, std::string& remark,
                                        const std::string& asked);
 
