@@ -10,8 +10,8 @@
 
 namespace btfield {
 
-/// Base of every error. `what()` is one line of UTF-8, "ASKED: FOUND; REMEDY": line breaks in the parts become
-/// spaces, other control characters '?', bytes that are no UTF-8 U+FFFD.
+/// Base of every error. `what()` is one line of UTF-8, "ASKED: FOUND; REMEDY": line breaks in the parts
+/// become spaces, other control characters '?', bytes that are no UTF-8 U+FFFD.
 class BTFIELD_API Error : public std::runtime_error {
   public:
     /// \param asked   what the caller wanted ("read 'cork.png'")
