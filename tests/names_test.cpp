@@ -33,7 +33,7 @@ using Enumerations =
     testing::Types<ColourSpace, PixelType, DeviceType, NeighbourhoodKind, ModelKind, Estimator, NoiseForm,
                    Metric, EstimatorChoice, GainMode, MarginalMode, SignificanceRule, SynthesisMethod,
                    NoiseDomain, JobStatus, TableFormat, ExperimentModel, ClusterSpace, Borders, SurfaceEdges,
-                   Flattening, NormalConvention>;
+                   Flattening, NormalConvention, LightRule, LightCoding>;
 TYPED_TEST_SUITE(EnumNames, Enumerations);
 
 // The types' own part of a test is short, because a compiler does all of it over twenty times.

@@ -14,6 +14,7 @@
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/picture_options.hpp"
+#include "host/cli/relief_fit.hpp"
 #include "host/cli/relief_report.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/run_files.hpp"
@@ -115,7 +116,7 @@ void run_integrate(const IntegrateArguments& options) {
 
     if (field.cut > 0)
         warn(detail::counted(field.cut, "normal") +
-             " lie in the plane or point away from the viewer and count as slopes of 89 degrees");
+             " lie in the plane or point away from the viewer and count as slopes of 86 degrees");
     if (!options.json) {
         emit_result(integrate_text(options, height, scale));
         return;
@@ -187,7 +188,9 @@ void add_integrate(CLI::App& parent, Action& action) {
 void add_relief(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("relief", "normals, height and albedo of a surface");
     command->require_subcommand(1);
-    set_guide(*command, {.usual = {{"btfield relief integrate normal.png -o height.png --periodic"}}});
+    set_guide(*command, {.usual = {{"btfield relief fit stack/dirs.lp -o relief/"},
+                                   {"btfield relief integrate normal.png -o height.png --periodic"}}});
+    add_relief_fit(*command, action);
     add_integrate(*command, action);
     for (CLI::App* each : command->get_subcommands({})) each->fallthrough();
 }

@@ -23,8 +23,8 @@ namespace {
 
 using std::size_t;
 
-/// Slope of 89 degrees.
-constexpr float steepest = 57.29F;
+/// Slope of 86 degrees.
+constexpr float steepest = 14.3F;
 /// Rows that are computed together.
 constexpr int rows_of_block = 64;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "btfield/height.hpp"
+#include "btfield/relief.hpp"
 #include "host/base/names.hpp"
 
 namespace btfield::detail {
@@ -24,6 +25,26 @@ struct Names<NormalConvention> {
     static constexpr std::string_view what = "convention of normals";
     static constexpr auto words = std::to_array<Word<NormalConvention>>(
         {{NormalConvention::opengl, "opengl"}, {NormalConvention::directx, "directx"}});
+};
+
+template <>
+struct Names<LightRule> {
+    static constexpr std::string_view what = "rule";
+    static constexpr auto words = std::to_array<Word<LightRule>>({{LightRule::automatic, "auto"},
+                                                                  {LightRule::ls, "ls"},
+                                                                  {LightRule::ranks, "ranks"},
+                                                                  {LightRule::huber, "huber"},
+                                                                  {LightRule::amb, "amb"},
+                                                                  {LightRule::lobe, "lobe"}});
+};
+
+template <>
+struct Names<LightCoding> {
+    static constexpr std::string_view what = "coding of values";
+    static constexpr auto words = std::to_array<Word<LightCoding>>({{LightCoding::automatic, "auto"},
+                                                                    {LightCoding::linear, "linear"},
+                                                                    {LightCoding::srgb, "srgb"},
+                                                                    {LightCoding::gamma, "gamma"}});
 };
 
 }  // namespace btfield::detail

@@ -18,12 +18,14 @@
 #include "btfield/image.hpp"           // IWYU pragma: export
 #include "btfield/image_io.hpp"        // IWYU pragma: export
 #include "btfield/lag_covariance.hpp"  // IWYU pragma: export
+#include "btfield/light_set.hpp"       // IWYU pragma: export
 #include "btfield/marginals.hpp"       // IWYU pragma: export
 #include "btfield/memd.hpp"            // IWYU pragma: export
 #include "btfield/model_file.hpp"      // IWYU pragma: export
 #include "btfield/models.hpp"          // IWYU pragma: export
 #include "btfield/neighbourhood.hpp"   // IWYU pragma: export
 #include "btfield/pyramid.hpp"         // IWYU pragma: export
+#include "btfield/relief.hpp"          // IWYU pragma: export
 #include "btfield/roller.hpp"          // IWYU pragma: export
 #include "btfield/spectral_basis.hpp"  // IWYU pragma: export
 #include "btfield/stop.hpp"            // IWYU pragma: export

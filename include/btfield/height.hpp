@@ -37,7 +37,7 @@ enum class NormalConvention {
 
 struct SlopeField {
     Image slopes;
-    /// Pixels whose slope was cut to that of 89 degrees: their normals lie in the plane or point away.
+    /// Pixels whose slope was cut to that of 86 degrees: their normals lie in the plane or point away.
     std::uintmax_t cut = 0;
 };
 

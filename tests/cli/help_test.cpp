@@ -10,6 +10,7 @@
 
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/light_cases.hpp"
 #include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -62,6 +63,7 @@ class CliHelp : public testing::Test {
         Image normals({48, 48}, 3);
         for (int p = 0; p < 3; ++p) std::ranges::fill(normals.plane(p), p == 2 ? 1.0F : 0.5F);
         write_picture(folder_ / "normal.png", normals, PixelType::uint16);
+        test::put_lights(folder_ / "stack", {24, 24}, 6, 1, PixelType::uint8, ".png");
         for (const char* name : {"models", "textures", "tiles", "best"}) fs::create_directory(folder_ / name);
         test::put_bytes(folder_ / "sand.json", R"({"pictures": [{"material": "sand", "files": ["sand.png"]}],
             "models": ["2d-car"], "orders": [1], "levels": [1], "seeds": [1, 2]})");

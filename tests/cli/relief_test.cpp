@@ -13,6 +13,7 @@
 #include "tests/cli_cases.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/light_cases.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -144,6 +145,102 @@ TEST_F(CliRelief, RefusalsLeaveNothing) {
     refused({"normal.png", "-o", "h.png", "--convention", "directx", "--coarse", "height8.png", "--crop",
              "0,0,40,16"},
             1, "height8.png");
+}
+
+class CliReliefFit : public testing::Test {
+  protected:
+    CliReliefFit() { test::put_lights(folder_ / "stack", {20, 30}, 24, 3, PixelType::uint16, ".png"); }
+    void refused(Words words, int code, const std::string& part) {
+        const Words before = folder_.names();
+        words.insert(words.begin(), {"relief", "fit"});
+        expect_failure(words, code, part, here_);
+        EXPECT_EQ(folder_.names(), before);
+    }
+    TemporaryFolder folder_;
+    Surroundings here_{.folder = folder_.path().string()};
+};
+
+TEST_F(CliReliefFit, WritesAllMaps) {
+    const json object = expect_object({"relief", "fit", "stack/dirs.lp", "-o", "out", "--maps"}, here_);
+    expect_keys(object, {"normals",        "height",
+                         "height_pixels",  "albedo",
+                         "side_file",      "residual_map",
+                         "left_out_map",   "size",
+                         "robust",         "coding",
+                         "lights",         "residual",
+                         "left_out_error", "left_out_error_ls",
+                         "shadowed",       "saturated",
+                         "albedo_scale",   "range",
+                         "scale",          "periodic",
+                         "device",         "seconds"});
+    expect_seconds(object, {"read", "fit", "integrate", "write", "total"});
+    EXPECT_EQ(object["lights"], 24);
+    EXPECT_EQ(object["coding"], "linear");
+    EXPECT_LE(object["left_out_error"].get<double>(), 0.01);
+    ReadOptions how;
+    how.keep_values = true;
+    const Picture normals = read_picture(folder_ / "out/normal.png", how);
+    EXPECT_EQ(normals.type, PixelType::uint16);
+    EXPECT_LE(test::mean_angle(decode_normals(normals), test::hilly_normals({20, 30})), 0.1);
+    const json side = test::parsed(bytes_of(folder_ / "out/relief.json"));
+    EXPECT_EQ(side["normals"], "opengl");
+    EXPECT_EQ(side["scale"], object["scale"]);
+    // Both heights are one, and its slopes are those of the normals but for a plane and the noise.
+    const Picture coded = read_picture(folder_ / "out/height.png", how);
+    const Picture pixels = read_picture(folder_ / "out/height.exr", how);
+    const double scale = side["scale"].get<double>();
+    for (std::size_t i = 0; i < 600; ++i)
+        EXPECT_NEAR((static_cast<double>(coded.image.values()[i]) - mid_grey) * scale,
+                    static_cast<double>(pixels.image.values()[i]), scale / 65535.0);
+    EXPECT_EQ(read_picture(folder_ / "out/residual.exr").image.planes(), 1);
+    EXPECT_EQ(read_picture(folder_ / "out/left-out.exr").image.size(), (Size{20, 30}));
+    // sRGB in a PNG: what its readers take it for.
+    const Picture albedo = read_picture(folder_ / "out/albedo.png");
+    EXPECT_EQ(albedo.type, PixelType::uint16);
+    const double linear = std::pow((static_cast<double>(albedo.image.at(1, 4, 4)) + 0.055) / 1.055, 2.4);
+    EXPECT_NEAR(linear, test::albedo_at(1, 4, 4), 0.01);
+
+    const std::string before = bytes_of(folder_ / "out/normal.png");
+    ASSERT_EQ(btfield({"relief", "fit", "stack", "-o", "out"}, here_).code, 0);
+    EXPECT_EQ(bytes_of(folder_ / "out/normal.png"), before);
+    ASSERT_EQ(btfield({"relief", "fit", "stack", "-o", "out", "--convention", "directx"}, here_).code, 0);
+    const Picture directx = read_picture(folder_ / "out/normal.png", how);
+    EXPECT_NEAR(directx.image.at(1, 3, 3), 1.0F - normals.image.at(1, 3, 3), 2.0F / 65535.0F);
+}
+
+TEST_F(CliReliefFit, RulesByName) {
+    for (const char* rule : {"ls", "ranks", "ranks:30:80", "huber", "amb", "lobe"}) {
+        const json object = expect_object(
+            {"relief", "fit", "stack", "-o", "out/", "--robust", rule, "--crop", "2,2,9,7"}, here_);
+        EXPECT_EQ(object["robust"], std::string(rule).substr(0, 5) == "ranks" ? "ranks" : rule);
+        EXPECT_EQ(object["size"], json::array({9, 7}));
+        EXPECT_EQ(object.contains("roughness"), std::string(rule) == "lobe");
+    }
+}
+
+TEST_F(CliReliefFit, RefusalsLeaveNothing) {
+    refused({"absent", "-o", "out"}, 1, "absent");
+    refused({"stack", "-o", "stack/dirs.lp"}, 2, "no folder");
+    for (const char* rule : {"best", "ranks:80:30", "ranks:1", "ls:1:2", "ranks:0:101"})
+        refused({"stack", "-o", "out", "--robust", rule}, 2, rule);
+    for (const char* coding : {"gamma", "gamma:0", "gamma:x", "srgb:2", "log"})
+        refused({"stack", "-o", "out", "--coding", coding}, 2, coding);
+    refused({"stack", "-o", "out", "--mask", "absent.png"}, 1, "absent.png");
+    write_picture(folder_ / "stack/light 5.png", Image({7, 7}, 3));
+    refused({"stack", "-o", "out"}, 1, "light 5.png");
+    std::filesystem::remove(folder_ / "stack/light 5.png");
+    refused({"stack", "-o", "out"}, 1, "line 7");
+    test::put_bytes(folder_ / "stack/dirs.lp",
+                    "3\nlight 1.png 1 0 1\nlight 2.png 0 0 1\nlight 3.png -1 0 1\n");
+    refused({"stack", "-o", "out"}, 1, "one plane");
+    test::put_bytes(folder_ / "stack/dirs.lp",
+                    "3\nlight 1.png 1 0 1\nlight 2.png 0 1 1\nlight 3.png -1 0 -1\n");
+    refused({"stack", "-o", "out"}, 1, "line 4: the light of 'light 3.png' is behind the surface");
+    // Inputs stay: pictures under lights that have an output's name.
+    std::filesystem::copy_file(folder_ / "stack/light 1.png", folder_ / "stack/normal.png");
+    test::put_bytes(folder_ / "stack/dirs.lp",
+                    "3\nnormal.png 1 0 1\nlight 2.png 0 1 1\nlight 3.png -1 0 1\n");
+    refused({"stack", "-o", "stack"}, 1, "one of the pictures under lights");
 }
 
 }  // namespace

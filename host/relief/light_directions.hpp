@@ -1,0 +1,12 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+
+namespace btfield::detail {
+
+/// \throws InputError when unit vectors to lights do not tell a normal: fewer than three, or all in one plane
+void check_directions(std::span<const std::array<double, 3>> directions, const std::string& asked);
+
+}  // namespace btfield::detail

@@ -1,0 +1,104 @@
+#include "host/relief/pixel_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/base/eigen.hpp"
+
+namespace btfield::detail {
+namespace {
+
+using Float4 = std::array<float, 4>;
+
+Float4 float4(const LightDirection& d) {
+    return {static_cast<float>(d[0]), static_cast<float>(d[1]), static_cast<float>(d[2]), 0.0F};
+}
+
+/// Half way between the light and a viewer straight above.
+LightDirection half_way(const LightDirection& light) {
+    const double length = std::hypot(light[0], light[1], light[2] + 1.0);
+    return {light[0] / length, light[1] / length, (light[2] + 1.0) / length};
+}
+
+int number_of_rule(LightRule rule) {
+    switch (rule) {
+        case LightRule::ranks:
+            return 1;
+        case LightRule::huber:
+            return 2;
+        case LightRule::amb:
+            return 3;
+        case LightRule::lobe:
+            return 4;
+        case LightRule::ls:
+        case LightRule::automatic:
+            break;
+    }
+    return 0;
+}
+
+}  // namespace
+
+std::vector<LightDirection> pseudo_inverse(std::span<const LightDirection> lights) {
+    Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(3, 3);
+    for (const LightDirection& d : lights)
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                moments(i, j) += d[static_cast<std::size_t>(i)] * d[static_cast<std::size_t>(j)];
+    const Eigen::LLT<Eigen::MatrixXd> factor(moments);
+    std::vector<LightDirection> rows;
+    for (const LightDirection& d : lights) {
+        const Eigen::VectorXd row = factor.solve(Eigen::Vector3d(d[0], d[1], d[2]));
+        rows.push_back({row[0], row[1], row[2]});
+    }
+    return rows;
+}
+
+double modelled_value(const std::array<double, fit_planes>& fit, const LightDirection& light,
+                      double roughness) {
+    const auto dot = [](const auto& a, const auto& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+    const double shade = dot(fit, light), length = std::sqrt(dot(fit, fit));
+    double value = std::max(shade, 0.0) + fit[3];
+    if (fit[4] > 0.0 && length > 0.0) {
+        const double cosine = dot(fit, half_way(light)) / length, alpha = roughness * roughness;
+        const double root = alpha / (cosine * cosine * (alpha - 1.0) + 1.0);
+        const double faded = std::clamp(10.0 * shade / length, 0.0, 1.0);
+        if (cosine > 0.0) value += fit[4] * root * root * faded;
+    }
+    return value;
+}
+
+PixelFits fit_pixels(DeviceImpl& device, std::span<const float> stack, std::size_t pixels, int planes,
+                     std::span<const LightDirection> lights, const PixelRule& rule) {
+    std::vector<Float4> directions, half_ways, inverse;
+    for (const LightDirection& light : lights) {
+        directions.push_back(float4(light));
+        half_ways.push_back(float4(half_way(light)));
+    }
+    for (const LightDirection& row : pseudo_inverse(lights)) inverse.push_back(float4(row));
+    int room = 16;
+    while (room < static_cast<int>(lights.size())) room *= 2;
+    BuildParameters parameters = device.lanes();
+    parameters.set("BTFIELD_LIGHTS", room).set("BTFIELD_RULE", number_of_rule(rule.rule));
+
+    const auto lanes = static_cast<std::size_t>(device.vector_width());
+    const auto bytes = [&](int count) { return sizeof(float) * static_cast<std::size_t>(count) * pixels; };
+    const Buffer values = device.upload(stack), to = device.upload(directions),
+                 half = device.upload(half_ways), rows = device.upload(inverse);
+    Buffer fits = device.buffer(bytes(fit_planes)), albedo = device.buffer(bytes(planes)),
+           residual = device.buffer(bytes(1));
+    device.launch(device.kernel("pixel_fit", "fit_pixels", parameters), {(pixels + lanes - 1) / lanes},
+                  Grain::fine, values, to, half, rows, static_cast<int>(lights.size()), planes,
+                  static_cast<int>(pixels), static_cast<int>(pixels), static_cast<float>(rule.low),
+                  static_cast<float>(rule.high), static_cast<float>(rule.roughness), fits, albedo, residual);
+    PixelFits result;
+    result.fits.resize(static_cast<std::size_t>(fit_planes) * pixels);
+    result.albedo.resize(static_cast<std::size_t>(planes) * pixels);
+    result.residual.resize(pixels);
+    device.read(fits, result.fits.data(), bytes(fit_planes));
+    device.read(albedo, result.albedo.data(), bytes(planes));
+    device.read(residual, result.residual.data(), bytes(1));
+    return result;
+}
+
+}  // namespace btfield::detail
