@@ -15,6 +15,7 @@
 #include "host/cli/options.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/relief_fit.hpp"
+#include "host/cli/relief_render.hpp"
 #include "host/cli/relief_report.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/run_files.hpp"
@@ -192,6 +193,7 @@ void add_relief(CLI::App& app, Action& action) {
                                    {"btfield relief integrate normal.png -o height.png --periodic"}}});
     add_relief_fit(*command, action);
     add_integrate(*command, action);
+    add_relief_render(*command, action);
     for (CLI::App* each : command->get_subcommands({})) each->fallthrough();
 }
 

@@ -122,11 +122,12 @@ void write_maps(const ReliefArguments& options, const ReliefFiles& files, const 
 }
 
 /// Keys of the report that the side file has too.
-Json relief_json(const Relief& relief, double white) {
+Json relief_json(const ReliefArguments& options, const Relief& relief, double white) {
     Json object;
     object["robust"] = std::string(detail::word_of(relief.rule));
     if (relief.rule == LightRule::lobe) object["roughness"] = number(relief.roughness);
     object["coding"] = std::string(detail::word_of(relief.coding));
+    if (relief.coding == LightCoding::gamma) object["gamma"] = number(options.relief.gamma);
     object["lights"] = relief.lights;
     object["residual"] = number(relief.median_residual);
     object["left_out_error"] = number(relief.left_out_error);
@@ -182,7 +183,7 @@ void report(const ReliefArguments& options, const ReliefFiles& files, const Reli
         object["left_out_map"] = files.left_out.string();
     }
     object["size"] = size_json(height.size());
-    object.update(relief_json(relief, white));
+    object.update(relief_json(options, relief, white));
     object["range"] = number(range_of(height));
     object["scale"] = number(scale);
     object["periodic"] = options.periodic;
@@ -225,6 +226,7 @@ void run_fit(ReliefArguments options) {
     IntegrationOptions how;
     how.edges = options.periodic ? SurfaceEdges::periodic : SurfaceEdges::mirror;
     how.flattening = options.flattening;
+    how.measured = true;
     const Image height = integrate(device, slopes_of_normals(relief.normals).slopes, how);
     seconds.integrate = integrating.seconds();
 
@@ -234,7 +236,7 @@ void run_fit(ReliefArguments options) {
     Json side = conventions_json(height, scale, how.edges);
     side["normals"] = std::string(detail::word_of(options.convention));
     side["flatten"] = std::string(detail::word_of(options.flattening));
-    side.update(relief_json(relief, white));
+    side.update(relief_json(options, relief, white));
     write_side_file(files.side, side);
     seconds.write = writing.seconds();
     seconds.total = total.seconds();

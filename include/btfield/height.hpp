@@ -65,6 +65,9 @@ struct IntegrationOptions {
     Flattening flattening = Flattening::none;
     /// A height that is right where slopes are not: in the large.
     std::optional<CoarseHeight> coarse;
+    /// Whether normals were measured: what nearly alternates from pixel to pixel, of which central
+    /// differences see little and which then is noise, is left out.
+    bool measured = false;
 };
 
 /// The height h whose slopes come closest, in least squares, in closed form; with a coarse height h₀, that

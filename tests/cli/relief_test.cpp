@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "btfield/height.hpp"
 #include "btfield/image_io.hpp"
@@ -216,6 +218,52 @@ TEST_F(CliReliefFit, RulesByName) {
         EXPECT_EQ(object["size"], json::array({9, 7}));
         EXPECT_EQ(object.contains("roughness"), std::string(rule) == "lobe");
     }
+}
+
+TEST_F(CliReliefFit, RendersUnderANewLight) {
+    ASSERT_EQ(btfield({"relief", "fit", "stack", "-o", "out"}, here_).code, 0);
+    const json object = expect_object(
+        {"relief", "render", "out", "-o", "left.exr", "--light", "40,180", "--score", "stack/dirs.lp"},
+        here_);
+    expect_keys(object, {"outputs", "light", "size", "clamped_pixels", "score", "seconds"});
+    EXPECT_EQ(object["outputs"], json::array({"left.exr"}));
+    EXPECT_EQ(object["light"], json::array({40.0, 180.0}));
+    EXPECT_EQ(object["size"], json::array({30, 20}));
+    ASSERT_EQ(object["score"]["lights"].size(), 24U);
+    EXPECT_EQ(object["score"]["lights"][3]["picture"], "light 3.png");
+    EXPECT_LE(object["score"]["error"].get<double>(), 0.02);
+    // What was photographed under that light, but for the shadows.
+    const Image expected = test::lit(test::hilly_normals({20, 30}), 3,
+                                     {.direction = {-std::sin(40.0 / 180.0 * std::numbers::pi), 0.0,
+                                                    std::cos(40.0 / 180.0 * std::numbers::pi)}},
+                                     1);
+    const Image made = read_picture(folder_ / "left.exr").image;
+    std::vector<float> errors;
+    for (std::size_t i = 0; i < made.values().size(); ++i)
+        errors.push_back(std::abs(made.values()[i] - expected.values()[i]));
+    std::nth_element(errors.begin(), errors.begin() + 900, errors.end());
+    EXPECT_LE(errors[900], 5e-3F);
+    const json shades =
+        expect_object({"relief", "render", "out", "--score", "stack/dirs.lp", "--no-shadows"}, here_);
+    EXPECT_FALSE(shades.contains("outputs"));
+    EXPECT_LE(shades["score"]["error"].get<double>(), 2e-3);
+
+    const Words before = folder_.names();
+    const auto refuse = [&](Words words, int code, const std::string& part) {
+        words.insert(words.begin(), {"relief", "render"});
+        expect_failure(words, code, part, here_);
+        EXPECT_EQ(folder_.names(), before);
+    };
+    refuse({"out"}, 2, "--score");
+    refuse({"out", "-o", "new.png"}, 2, "--light");
+    refuse({"out", "--light", "20,0"}, 2, "--output");
+    for (const char* light : {"90,0", "-1,0", "20", "20,x", "20,1,2"})
+        refuse({"out", "-o", "new.png", "--light", light}, 2, light);
+    refuse({"stack", "-o", "new.png", "--light", "20,0"}, 1, "relief.json");
+    refuse({"out", "-o", "out/normal.png", "--light", "20,0"}, 1, "that is a map of the surface");
+    refuse({"out", "--score", "stack", "--crop", "0,0,9,9"}, 1, "9 x 9");
+    test::put_bytes(folder_ / "out/relief.json", "{\"edges\": \"mirror\", \"coding\": \"none\"}");
+    refuse({"out", "-o", "new.png", "--light", "20,0"}, 1, "'coding'");
 }
 
 TEST_F(CliReliefFit, RefusalsLeaveNothing) {

@@ -218,6 +218,36 @@ TEST(Height, ACoarseHeightDecidesInTheLarge) {
     EXPECT_LE(deviation(fused), 0.2 * deviation(alone));
 }
 
+TEST(Height, NoiseOfMeasuredNormalsDoesNotAlternate) {
+    for (const SurfaceEdges edges : both_edges) {
+        const Size size{64, 96};
+        const Image truth = centred(hills(size));
+        Image slopes = slopes_of_height(truth, edges);
+        const Image noise = test::random_image(size, 2);
+        for (size_t i = 0; i < slopes.values().size(); ++i) slopes.values()[i] += 0.2F * noise.values()[i];
+        IntegrationOptions options;
+        options.edges = edges;
+        const Image plain = integrate(test::default_device(), slopes, options);
+        options.measured = true;
+        const Image measured = integrate(test::default_device(), slopes, options);
+        // What alternates along columns, against what lies between.
+        const auto alternating = [&](const Image& height) {
+            double sum = 0.0;
+            for (int r = 0; r < size.height; ++r)
+                for (int c = 1; c + 1 < size.width; ++c) {
+                    const double bend = static_cast<double>(height.at(0, r, c - 1)) + height.at(0, r, c + 1) -
+                                        2.0 * static_cast<double>(height.at(0, r, c));
+                    sum += bend * bend;
+                }
+            return sum;
+        };
+        EXPECT_LE(alternating(measured), 0.5 * alternating(plain));
+        // Long waves stay, but for where mirrors bend them.
+        const Image clean = integrate(test::default_device(), slopes_of_height(truth, edges), options);
+        EXPECT_LE(largest_difference(clean, truth), 5e-3 * range_of(truth));
+    }
+}
+
 TEST(Height, ScaleOfAHeightMap) {
     const Image height = hills({64, 80});
     for (const SurfaceEdges edges : both_edges) {
