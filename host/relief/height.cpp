@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -197,22 +198,54 @@ int along_line(int i, int n, bool mirror) {
     return i < n ? i : period - 1 - i;
 }
 
-/// Takes sin⁸(ω/2) of each wave away, along one axis: all of what alternates, a sixteenth of a wave of 4
-/// pixels.
-Image without_alternation(const Image& height, bool mirror, bool along_rows) {
-    constexpr std::array<float, 9> taps{1, -8, 28, -56, 70, -56, 28, -8, 1};
-    Image result(height.size(), 1);
-    for_each_row(height.size(), [&](int r) {
-        for (int c = 0; c < height.width(); ++c) {
-            float sum = 0.0F;
-            for (int k = 0; k < 9; ++k)
-                sum += taps[static_cast<size_t>(k)] *
-                       (along_rows ? height.at(0, r, along_line(c + k - 4, height.width(), mirror))
-                                   : height.at(0, along_line(r + k - 4, height.height(), mirror), c));
-            result.at(0, r, c) = height.at(0, r, c) - sum / 256.0F;
+/// How many taps a filter of alternation has, and how many lie on each side.
+constexpr int reach = 16;
+using Taps = std::array<float, 2 * reach + 1>;
+
+/// sin³²(ω/2) where it alternates, else cos³²(ω/2).
+Taps power_taps(bool alternates) {
+    Taps taps{};
+    double binomial = 1.0;
+    for (int k = 0; k <= 2 * reach; ++k) {
+        const double sign = alternates && (k + reach) % 2 == 1 ? -1.0 : 1.0;
+        taps[static_cast<size_t>(k)] = static_cast<float>(sign * std::ldexp(binomial, -2 * reach));
+        binomial *= static_cast<double>(2 * reach - k) / (k + 1);
+    }
+    return taps;
+}
+
+Image filtered(const Image& image, const Taps& taps, bool mirror, bool along_rows) {
+    const int lines = along_rows ? image.height() : image.width();
+    const int length = along_rows ? image.width() : image.height();
+    Image result(image.size(), 1);
+    for_each_block((lines + rows_of_block - 1) / rows_of_block, [&](int block) {
+        std::vector<float> line(static_cast<size_t>(length + 2 * reach));
+        for (int at = block * rows_of_block; at < std::min(lines, (block + 1) * rows_of_block); ++at) {
+            for (int i = -reach; i < length + reach; ++i) {
+                const int from = along_line(i, length, mirror);
+                line[static_cast<size_t>(i + reach)] =
+                    along_rows ? image.at(0, at, from) : image.at(0, from, at);
+            }
+            for (int i = 0; i < length; ++i) {
+                float sum = 0.0F;
+                for (size_t k = 0; k < taps.size(); ++k) sum += taps[k] * line[static_cast<size_t>(i) + k];
+                (along_rows ? result.at(0, at, i) : result.at(0, i, at)) = sum;
+            }
         }
     });
     return result;
+}
+
+/// Takes away what nearly alternates from pixel to pixel along one axis or both, and is else nearly constant:
+/// sin³²(ω_x/2) (sin³² + cos³²)(ω_y/2) + cos³²(ω_x/2) sin³²(ω_y/2) of each wave.
+void take_alternation_out(Image& height, bool mirror) {
+    const Taps sines = power_taps(true), cosines = power_taps(false);
+    Taps both{};
+    std::ranges::transform(sines, cosines, both.begin(), std::plus());
+    const Image across = filtered(filtered(height, sines, mirror, true), both, mirror, false);
+    const Image down = filtered(filtered(height, cosines, mirror, true), sines, mirror, false);
+    for (size_t i = 0; i < height.values().size(); ++i)
+        height.values()[i] -= across.values()[i] + down.values()[i];
 }
 
 void check_integration(const Image& slopes, const IntegrationOptions& options) {
@@ -301,8 +334,7 @@ Image integrate(Device& device, const Image& slopes, const IntegrationOptions& o
     const Image& given = low ? centred : slopes;
     const bool fast = next_fft_size(size.height) == size.height && next_fft_size(size.width) == size.width;
     Image height = fast ? by_transform(device.impl(), given, coarse, how) : by_bases(given, coarse, how);
-    if (options.measured)
-        height = without_alternation(without_alternation(height, how.mirror, true), how.mirror, false);
+    if (options.measured) take_alternation_out(height, how.mirror);
     if (options.flattening != Flattening::none && how.mirror) level(height);
     return without_means(std::move(height));
 }

@@ -222,7 +222,14 @@ Relief fit_relief(Device& device, const LightSet& lights, const ReliefOptions& o
                          "there are " + counted(directions.size(), "light"), "give six or more");
     if (options.progress) options.progress("read", 0.0);
     const LightStack stack(lights, options, share_of_pictures * device.impl().memory_limit());
-    return fit_stack(device, stack, directions, options, maps);
+    // What 8 bits of a BTF mean is known.
+    ReliefOptions taken = options;
+    const bool known = lights.layout == "btf" && options.coding == LightCoding::automatic &&
+                       stack.type() == PixelType::uint8;
+    if (known) taken.coding = LightCoding::srgb;
+    Relief result = fit_stack(device, stack, directions, taken, maps);
+    if (known) result.remarks.clear();
+    return result;
 }
 
 Relief fit_relief(Device& device, std::span<const Image> pictures,

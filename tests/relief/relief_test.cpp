@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -86,6 +87,26 @@ TEST_F(ReliefOfFiles, TheCodingIsFound) {
     options.coding = LightCoding::gamma;
     options.gamma = 2.2;
     EXPECT_LE(test::mean_angle(fit("srgb", options).normals, truth), 1.5);
+}
+
+TEST_F(ReliefOfFiles, EightBitsOfABtfAreEncoded) {
+    const std::vector<test::Direction> lights =
+        test::put_lights(folder_ / "made", size, 8, 1, PixelType::uint8, ".png");
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+        const double theta = std::acos(lights[k][2]) * 180.0 / std::numbers::pi;
+        const double phi = std::atan2(lights[k][1], lights[k][0]) * 180.0 / std::numbers::pi;
+        const std::string name =
+            "tl" + std::to_string(theta) + "_pl" + std::to_string(phi < 0.0 ? phi + 360.0 : phi);
+        fs::create_directories(folder_ / "btf");
+        fs::copy_file(folder_ / ("made/light " + std::to_string(k) + ".png"),
+                      folder_ / ("btf/" + name + "_tv000_pv000.png"));
+    }
+    const Relief relief = fit("btf");
+    EXPECT_EQ(relief.coding, LightCoding::srgb);
+    EXPECT_TRUE(relief.remarks.empty());
+    ReliefOptions options;
+    options.coding = LightCoding::linear;  // what they are here
+    EXPECT_LE(test::mean_angle(fit("btf", options).normals, test::hilly_normals(size)), 0.6);
 }
 
 TEST_F(ReliefOfFiles, StripsGiveTheSameNumbers) {
