@@ -90,7 +90,7 @@ Image by_transform(DeviceImpl& device, const Image& slopes, const Image* coarse,
     const Buffer across =
         device.upload(floats(difference_spectrum(size.width, how.mirror), static_cast<size_t>(size.width)));
     std::vector<double> half = difference_spectrum(size.height, how.mirror);
-    half.resize(static_cast<size_t>(size.height / 2 + 1));
+    half.resize(static_cast<size_t>(size.height) / 2 + 1);
     const Buffer down = device.upload(floats(half, pitch));
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_MIRROR", how.mirror);
@@ -219,12 +219,12 @@ Image filtered(const Image& image, const Taps& taps, bool mirror, bool along_row
     const int length = along_rows ? image.width() : image.height();
     Image result(image.size(), 1);
     for_each_block((lines + rows_of_block - 1) / rows_of_block, [&](int block) {
-        std::vector<float> line(static_cast<size_t>(length + 2 * reach));
+        std::vector<float> line(static_cast<size_t>(length) + taps.size() - 1);
         for (int at = block * rows_of_block; at < std::min(lines, (block + 1) * rows_of_block); ++at) {
+            auto to = line.begin();
             for (int i = -reach; i < length + reach; ++i) {
                 const int from = along_line(i, length, mirror);
-                line[static_cast<size_t>(i + reach)] =
-                    along_rows ? image.at(0, at, from) : image.at(0, from, at);
+                *to++ = along_rows ? image.at(0, at, from) : image.at(0, from, at);
             }
             for (int i = 0; i < length; ++i) {
                 float sum = 0.0F;

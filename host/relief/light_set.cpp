@@ -144,7 +144,7 @@ fs::path find_picture(const fs::path& table, int line, std::string name, const f
                       const Listing& files) {
     std::replace(name.begin(), name.end(), '\\', '/');
     std::error_code error;
-    const fs::path whole = folder / name;
+    fs::path whole = folder / name;
     if (!name.empty() && fs::is_regular_file(whole, error)) return whole;
     const auto found = files.find(lower(fs::path(name).filename().string()));
     if (name.empty() || found == files.end())
@@ -280,6 +280,7 @@ LightSet read_lp(const fs::path& file, const LightSetOptions& options) {
     const fs::path folder = file.parent_path();
     const Listing files = list(folder.empty() ? "." : folder);
     std::vector<fs::path> pictures;
+    pictures.reserve(lines.size());
     for (const TableLine& line : lines)
         pictures.push_back(find_picture(file, line.number, line.name, folder, files));
     LightSet set;

@@ -52,7 +52,7 @@ float LightDecoder::operator()(float value, float gain) const {
         return std::max(0.0F, static_cast<float>(linear_of(static_cast<double>(value), coding_, gamma_))) *
                gain;
     if (coding_ == LightCoding::linear) return (value < 1.0F ? gain : -gain) * value;
-    const auto at = static_cast<size_t>(std::clamp(value, 0.0F, 1.0F) * 65535.0F + 0.5F);
+    const auto at = static_cast<size_t>(std::lround(std::clamp(value, 0.0F, 1.0F) * 65535.0F));
     return at == 65535 ? -gain * table_[at] : gain * table_[at];
 }
 

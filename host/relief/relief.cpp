@@ -73,7 +73,7 @@ void for_each_part(const Strip& strip, const Work& work) {
 /// Whole numbers, so that their sums are the same in any order.
 void count(const Strip& strip, const LightStack& stack, Counts& counts) {
     std::atomic<std::uint64_t> values = 0, shadows = 0, saturated = 0;
-    const auto planes = static_cast<size_t>(stack.lights() * stack.planes());
+    const auto planes = static_cast<size_t>(stack.lights()) * static_cast<size_t>(stack.planes());
     for_each_part(strip, [&](size_t begin, size_t end) {
         std::vector<float> most(end - begin, 0.0F);
         std::vector<std::uint32_t> shadows_of(end - begin, 0), saturated_of(end - begin, 0);

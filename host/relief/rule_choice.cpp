@@ -66,6 +66,7 @@ Samples samples_of(const LightStack& stack, const LightDecoder& decoder) {
     double most = 0.0;
     for (size_t i = 0; i < all; ++i) {
         std::vector<float> column;
+        column.reserve(static_cast<size_t>(stack.lights()));
         for (int k = 0; k < stack.lights(); ++k)
             column.push_back(std::abs(grey[static_cast<size_t>(k) * all + i]));
         bright[i] = bright_value(std::move(column));
