@@ -541,6 +541,8 @@ void add_conditions(CLI::App& command, ExperimentForget& which) {
 }
 
 void run_forget(const ForgetOptions& options) {
+    if (options.which.is_empty())
+        throw UsageError("nothing says which jobs: give a picture, material, setting or state");
     const ForgottenJobs forgotten = forget_jobs(options.database, options.which);
     if (options.json) {
         emit_json(forgotten_json(forgotten, options.which.dry_run));

@@ -30,6 +30,20 @@ std::string proposals(const FitOptions& options) {
            "time";
 }
 
+/// Levels that textures get nothing of.
+std::string silent_levels(const TextureModel& model) {
+    std::string numbers;
+    int count = 0;
+    for (std::size_t level = 0; level < model.levels.size(); ++level) {
+        if (model.levels[level].gain > 0.0) continue;
+        numbers += (count++ == 0 ? "" : ", ") + std::to_string(level);
+    }
+    if (count == 0) return {};
+    return std::string(count == 1 ? "Level " : "Levels ") + numbers + (count == 1 ? " has" : " have") +
+           " no share in textures (gain 0): the others alone are nearest to the picture's correlations. "
+           "--levels 1 does without levels.\n";
+}
+
 }  // namespace
 
 FitVerdict judge(Device& device, const Image& picture, const TextureModel& model) {
@@ -47,6 +61,7 @@ std::string verdict_text(const FitVerdict& verdict, const TextureModel& model, c
                        percent(verdict.lag_covariance_error) + " of the variance";
     const std::string nearer = verdict.lag_covariance_error > noticeable_lag_error ? proposals(options) : "";
     text += (nearer.empty() ? "" : ": " + nearer) + ".\n";
+    text += silent_levels(model);
     if (verdict.loses_shapes())
         text +=
             "It loses shapes: structure distance " + number_text(verdict.structure_distance) +

@@ -95,12 +95,6 @@ std::string condition_of(const ExperimentForget& which) {
     return condition;
 }
 
-bool is_empty(const ExperimentForget& w) {
-    return w.pictures.empty() && w.materials.empty() && w.models.empty() && w.orders.empty() &&
-           w.levels.empty() && w.estimators.empty() && w.marginals.empty() && w.noise.empty() &&
-           w.gains.empty() && w.metrics.empty() && w.seeds.empty() && !w.failed && !w.refused && !w.stale;
-}
-
 void count_forgotten(Connection& connection, const std::vector<Named>& names, ForgottenJobs& forgotten) {
     Statement query(connection, R"sql(
         SELECT picture, model, status, count(*) FROM main.jobs
@@ -222,7 +216,7 @@ ForgottenJobs detail::ResultsDatabase::forget(const ExperimentForget& which) {
 
 ForgottenJobs forget_jobs(const std::filesystem::path& database, const ExperimentForget& which) {
     const std::string asked = "forget jobs of '" + database.string() + "'";
-    if (is_empty(which))
+    if (which.is_empty())
         throw InputError(asked, "nothing says which",
                          "say by picture, model, setting or state which jobs to forget");
     if (which.dry_run) {

@@ -264,6 +264,13 @@ struct ExperimentForget {
     bool failed = false, refused = false;  ///< of these states alone; both: either
     bool stale = false;                    ///< not of the configuration that was run last
     bool dry_run = false;                  ///< says what it would forget
+
+    /// No condition is set.
+    [[nodiscard]] bool is_empty() const {
+        return pictures.empty() && materials.empty() && models.empty() && orders.empty() && levels.empty() &&
+               estimators.empty() && marginals.empty() && noise.empty() && gains.empty() && metrics.empty() &&
+               seeds.empty() && !failed && !refused && !stale;
+    }
 };
 struct ForgottenJobs {
     struct Part {

@@ -176,6 +176,7 @@ TEST(CliExperiment, WrongUsage) {
                                    {"table", database, "--format", "xml"},
                                    {"table", database, "--by", "noise,colour"},
                                    {"table", database, "--configuration", "a", "--all-configurations"},
+                                   {"forget", database},
                                    {"forget", database, "--model", "4d-car"},
                                    {"forget", database, "--order", "1,x"},
                                    {"merge", database}};

@@ -1,20 +1,25 @@
 #!/usr/bin/env bash
-# fuzz.sh PROGRAM FOLDER [TARGET...] [--runs N] [--seconds S]: feeds each target (all of them unless named) changed bytes,
-# N times or for S seconds (60 unless told; with both, what ends first), as many targets at once as there are processors.
-# FOLDER keeps, from run to run, what was found to lead to new ways through the code.
+# fuzz.sh PROGRAM FOLDER [TARGET...] [--runs N] [--seconds S] [--seed X]: feeds each target (all of them unless named)
+# changed bytes, N times or for S seconds (60 unless told; with both, what ends first), as many targets at once as there
+# are processors. FOLDER keeps, from run to run, what was found to lead to new ways through the code. A seed makes the same
+# changes each time, as long as FOLDER is empty.
 set -euo pipefail
 
 program=$1 folder=$2
 shift 2
-targets=() limits=()
+targets=() limits=() seed=()
 while (($#)); do
     case $1 in
-    --runs | --seconds)
+    --runs | --seconds | --seed)
         [[ ${2-} =~ ^[1-9][0-9]*$ ]] || {
             echo "$1 wants a whole number above 0" >&2
             exit 2
         }
-        if [[ $1 == --runs ]]; then limits+=("-runs=$2"); else limits+=("-max_total_time=$2"); fi
+        case $1 in
+        --runs) limits+=("-runs=$2") ;;
+        --seconds) limits+=("-max_total_time=$2") ;;
+        --seed) seed=(-seed="$2") ;;
+        esac
         shift 2
         ;;
     *)
@@ -39,7 +44,7 @@ one() {
     mkdir -p "$own/corpus"
     rm -rf "$own/seeds"
     { "$program" "$target" --seeds "$own/seeds" &&
-        "$program" "$target" "${limits[@]}" -max_len=8192 -timeout=20 -rss_limit_mb=4096 -print_final_stats=1 \
+        "$program" "$target" "${limits[@]}" "${seed[@]}" -max_len=8192 -timeout=20 -rss_limit_mb=4096 -print_final_stats=1 \
             -artifact_prefix="$own/finding-" "$own/corpus" "$own/seeds"; } >"$log" 2>&1 || rc=$?
     awk -v target="$target" -v rc=$rc '
         /^stat::number_of_executed_units:/ { runs = $2 }
