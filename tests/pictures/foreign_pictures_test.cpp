@@ -152,6 +152,25 @@ TEST_F(ForeignPictures, JpegHeadersThatCannotBeAreRefused) {
     }
 }
 
+TEST_F(ForeignPictures, TiffColoursOfTooFewSamplesAreRefused) {
+    const std::string pixels(64, '\x55');
+    for (const int photometric : {6, 8, 9, 32845})
+        for (const std::uint16_t samples : {std::uint16_t{1}, std::uint16_t{2}}) {
+            const std::vector<std::uint16_t> bits(samples, 8);
+            const std::string bytes = test::tiff_bytes(
+                {4, 4}, {{258, bits}, {262, {static_cast<std::uint16_t>(photometric)}}, {277, {samples}}},
+                pixels);
+            EXPECT_NE(refusal("a.tif", bytes), "") << photometric << ", " << samples;
+        }
+    // Extra samples are none of the three.
+    const std::string extra =
+        test::tiff_bytes({2, 2}, {{258, {8, 8, 8}}, {262, {8}}, {277, {3}}, {338, {0}}}, pixels);
+    EXPECT_NE(refusal("b.tif", extra).find("take 3 samples"), std::string::npos) << refusal("b.tif", extra);
+    const std::string palette = test::tiff_bytes(
+        {2, 2}, {{258, {32}}, {262, {3}}, {277, {1}}, {320, std::vector<std::uint16_t>(768, 7)}}, pixels);
+    EXPECT_NE(refusal("c.tif", palette), "");
+}
+
 // --- TIFF
 
 /// What libtiff is told of a picture of 24 x 17 pixels whose planes hold 8 bits, and how it is cut up.

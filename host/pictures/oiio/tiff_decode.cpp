@@ -214,6 +214,18 @@ void check_layout(const Layout& layout, TIFF* tiff, std::uintmax_t file_bytes, c
             if (word_of(tiff, TIFFTAG_INKSET, INKSET_CMYK) != INKSET_CMYK || layout.colours != 4)
                 refuse("its inks are not cyan, magenta, yellow and black, which is not supported");
             break;
+        case PHOTOMETRIC_YCBCR:
+        case PHOTOMETRIC_CIELAB:
+        case PHOTOMETRIC_ICCLAB:
+        case PHOTOMETRIC_LOGLUV:
+            if (layout.colours != 3)
+                refuse("its colours, which take 3 samples, have " + std::to_string(layout.colours) +
+                       ", which is not supported");
+            break;
+        case PHOTOMETRIC_PALETTE:
+            if (layout.format != SAMPLEFORMAT_UINT || layout.bits > 16)
+                refuse("a palette whose indices are no whole numbers of up to 16 bits is not supported");
+            break;
         case PHOTOMETRIC_MINISWHITE:
             if (layout.is_signed()) refuse("signed values of which the least is white are not supported");
             break;
