@@ -13,9 +13,11 @@
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "btfield/material.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/compound_report.hpp"
+#include "host/cli/material_files.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
@@ -36,6 +38,7 @@ struct CompoundFitArguments {
     std::vector<std::string> pictures;
     std::string output, labels, labels_output, device;
     ReadOptions reading;
+    JointArguments maps;
     CompoundOptions compound;
     bool overwrite = false, json = false;
 };
@@ -47,7 +50,8 @@ struct CompoundJob {
 };
 
 std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
-    const bool several = options.pictures.size() > 1;
+    check_joint(options.maps, options.pictures.size());
+    const bool several = options.pictures.size() > 1 && !options.maps.joint;
     if (several && !(options.labels.empty() && options.labels_output.empty()))
         throw UsageError("--labels and --save-labels go with one picture");
     if (!options.labels.empty() && options.compound.clusters.regions)
@@ -68,6 +72,7 @@ std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
             throw UsageError("two pictures would have the model '" + job.output.string() + "'");
         files.writes_model(job.output);
         jobs.push_back(std::move(job));
+        if (options.maps.joint) break;  // one model of all
     }
     return jobs;
 }
@@ -119,7 +124,13 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
              double done, double share) {
     const Stopwatch reading;
     bar.show(done, "read " + job.picture.filename().string());
-    const Picture picture = read_told(job.picture, options.reading);
+    JointPicture input;
+    if (options.maps.joint) {
+        input = read_joint(device, options.pictures, options.maps, options.reading);
+    } else {
+        input.picture = read_told(job.picture, options.reading);
+        input.provenance = provenance_of(job.picture, input.picture);
+    }
     job.read = reading.seconds();
     CompoundOptions compound = options.compound;
     if (!options.labels.empty()) compound.labels = labels_of(options.labels);
@@ -129,10 +140,12 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
         left *= 0.5;
         bar.show(done + share - left, job.picture.filename().string() + ": " + std::string(stage));
     };
-    job.model = fit_compound(device, picture.image, compound);
-    const std::vector<std::string> reasons = std::move(job.model.provenance.reasons);
-    job.model.provenance = provenance_of(job.picture, picture);
-    job.model.provenance.reasons = reasons;
+    job.model = fit_compound(device, input.picture.image, compound);
+    input.provenance.reasons = std::move(job.model.provenance.reasons);
+    job.model.provenance = std::move(input.provenance);
+    if (options.maps.joint && is_valid(job.model))
+        match_relief(device, job.model.provenance.maps, input.picture.image,
+                     CompoundSynthesiser(device, job.model, input.picture.image.size()).synthesise(0));
     job.total = reading.seconds();
 }
 
@@ -272,6 +285,7 @@ void add_compound_fit(CLI::App& parent, Action& action) {
     add_local_options(*command, options->compound.local);
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
     add_reading(*command, options->reading);
+    add_joint(*command, options->maps);
     add_device(*command, options->device);
     add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);

@@ -76,6 +76,7 @@ Json compound_json(const CompoundModel& model, const std::filesystem::path& path
     object["size"] = size_json(model.size);
     object["colour_space"] = name(model.space);
     if (!model.names.empty()) object["names"] = model.names;
+    if (!model.provenance.maps.empty()) object["maps"] = maps_json(model.provenance.maps);
     object["borders"] = name(model.borders);
     object["explained"] = number(model.explained);
     object["control"]["size"] = size_json(model.control.size);
@@ -92,9 +93,9 @@ std::string compound_text(const CompoundModel& model, std::uintmax_t bytes) {
                        detail::counted(model.planes, "plane") + " of " +
                        std::string(name(model.provenance.type));
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
-    text += "\n" + names_text(model.names) + "compound, " + detail::counted(model.regions.size(), "region") +
-            ", " + std::string(name(model.borders)) + " borders; labels explain " +
-            number_text(100.0 * model.explained) + " % of the variance\n";
+    text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) + "compound, " +
+            detail::counted(model.regions.size(), "region") + ", " + std::string(name(model.borders)) +
+            " borders; labels explain " + number_text(100.0 * model.explained) + " % of the variance\n";
     for (const std::string& reason : model.provenance.reasons) text += reason + "\n";
     std::vector<std::vector<std::string>> rows{
         {"region", "share %", "pixels", "model", "levels", "contrast", "certificate", "colour"}};

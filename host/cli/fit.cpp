@@ -12,10 +12,13 @@
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "btfield/material.hpp"
 #include "btfield/model_file.hpp"
+#include "btfield/synthesis.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/fit_verdict.hpp"
+#include "host/cli/material_files.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
@@ -36,6 +39,7 @@ struct FitArguments {
     std::vector<std::string> pictures;
     std::string output, all, device;
     ReadOptions reading;
+    JointArguments maps;
     FitOptions fit;
     bool overwrite = false, json = false;
 };
@@ -61,11 +65,13 @@ std::vector<FitJob> plan(const FitArguments& options) {
         throw UsageError(all ? "--output and --all: give one of the two" : "--output or --all is needed");
     }
     if (all && options.fit.choose_model) throw UsageError("--model auto: --all fits every model");
+    check_joint(options.maps, options.pictures.size());
+    const bool several = options.pictures.size() > 1 && !options.maps.joint;
     const fs::path target = all ? options.all : options.output;
     const bool folder = is_output_folder(all ? "--all" : "--output", target.string(),
-                                         all                           ? "ten models"
-                                         : options.pictures.size() > 1 ? "several pictures"
-                                                                       : "");
+                                         all       ? "ten models"
+                                         : several ? "several pictures"
+                                                   : "");
     const std::vector<ModelKind> one{options.fit.model};
     const std::span<const ModelKind> kinds = all ? model_kinds() : std::span<const ModelKind>(one);
     std::vector<FitJob> jobs;
@@ -85,6 +91,7 @@ std::vector<FitJob> plan(const FitArguments& options) {
             files.writes_model(job.output);
             jobs.push_back(std::move(job));
         }
+        if (options.maps.joint) break;  // one model of all
     }
     return jobs;
 }
@@ -114,7 +121,14 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     const Stopwatch reading;
     const fs::path& path = jobs.front().picture;
     bar.show(done, "read " + path.filename().string());
-    const Picture picture = read_told(path, options.reading);
+    JointPicture input;
+    if (options.maps.joint) {
+        input = read_joint(device, options.pictures, options.maps, options.reading);
+    } else {
+        input.picture = read_told(path, options.reading);
+        input.provenance = provenance_of(path, input.picture);
+    }
+    const Picture& picture = input.picture;
     jobs.front().read = jobs.front().total = reading.seconds();
 
     Analysis analysis(device, picture.image);
@@ -149,7 +163,10 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
             if (options.fit.choose_model && !structure.empty()) reasons.push_back(structure);
             if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, options.fit);
         }
-        jobs[k].model.provenance = provenance_of(path, picture);
+        jobs[k].model.provenance = input.provenance;
+        if (options.maps.joint && is_valid(jobs[k].model))
+            match_relief(device, jobs[k].model.provenance.maps, picture.image,
+                         Synthesiser(device, jobs[k].model, picture.image.size()).synthesise(0));
         jobs[k].model.provenance.reasons = reasons;
     }
 }
@@ -179,7 +196,8 @@ void run(const FitArguments& options) {
     const double opening = watch.seconds();
     {
         Progress bar;
-        const std::size_t pictures = options.pictures.size(), each = jobs.size() / pictures;
+        const std::size_t pictures = options.maps.joint ? 1 : options.pictures.size(),
+                          each = jobs.size() / pictures;
         const double share = 1.0 / static_cast<double>(pictures);
         for (std::size_t i = 0; i < pictures; ++i) {
             fit_picture(device, std::span(jobs).subspan(i * each, each), options, bar,
@@ -249,6 +267,7 @@ void add_fit(CLI::App& app, Action& action) {
         ->group(averages);
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
     add_reading(*command, options->reading);
+    add_joint(*command, options->maps);
     add_device(*command, options->device);
     add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
@@ -260,7 +279,9 @@ void add_fit(CLI::App& app, Action& action) {
                          "models/cork-2d-car.json to models/cork-3d-pmrf.json"},
                         {"btfield fit bark.tif -o bark.btfm --order 8 --levels 3 --crop 0,0,512,512"},
                         {"btfield fit sand.png -o sand.json --model 3d-msar --noise diagonal"},
-                        {"btfield fit moss.png -o moss.json --neighbourhood correlated:12"}}});
+                        {"btfield fit moss.png -o moss.json --neighbourhood correlated:12"},
+                        {"btfield fit bark-*.jpg -o bark.json --joint",
+                         "colour, normal and height maps as one model"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });
 }
 

@@ -61,6 +61,26 @@ std::string names_text(const std::vector<std::string>& names) {
     return text + (names.size() > most ? ", ...\n" : "\n");
 }
 
+Json maps_json(const std::vector<MaterialMap>& maps) {
+    Json all = Json::array();
+    for (const MaterialMap& map : maps) {
+        Json object;
+        object["name"] = map.name;
+        object["role"] = name(map.role);
+        object["planes"] = map.planes;
+        if (map.scale > 0.0) object["scale"] = map.scale;
+        all.push_back(std::move(object));
+    }
+    return all;
+}
+
+std::string maps_text(const std::vector<MaterialMap>& maps) {
+    std::string text;
+    for (const MaterialMap& map : maps)
+        text += (text.empty() ? "maps " : ", ") + std::string(name(map.role)) + " " + map.name;
+    return text.empty() ? text : text + "\n";
+}
+
 double compression_ratio(const Provenance& provenance, std::uintmax_t bytes) {
     if (provenance.picture_bytes == 0) return std::numeric_limits<double>::quiet_NaN();
     return static_cast<double>(provenance.picture_bytes) / static_cast<double>(bytes);
@@ -77,6 +97,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
     object["size"] = size_json(model.size);
     object["colour_space"] = name(model.space);
     if (!model.names.empty()) object["names"] = model.names;
+    if (!model.provenance.maps.empty()) object["maps"] = maps_json(model.provenance.maps);
     object["factor"] = model.factor;
     object["noise"] = name(model.noise);
     object["marginals"] = name(model.marginals.empty() ? MarginalMode::none : MarginalMode::match);
@@ -94,8 +115,8 @@ std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
                        detail::counted(model.planes, "plane") + " of " +
                        std::string(name(model.provenance.type));
     if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
-    text += "\n" + names_text(model.names) + std::string(name(model.kind)) + ", " +
-            std::to_string(model.levels.size()) +
+    text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) +
+            std::string(name(model.kind)) + ", " + std::to_string(model.levels.size()) +
             (model.levels.size() == 1 ? " level" : " levels by factor " + std::to_string(model.factor)) +
             ", " + std::string(name(model.noise)) + " noise covariance" +
             (model.marginals.empty() ? "" : ", marginals of the picture") + "\n";

@@ -22,6 +22,10 @@ namespace btfield::cli {
 /// Bytes of pixels to a byte of the file; NaN where nobody knows how large the picture was.
 /// "planes 400nm, 460nm, ..." as a line; nothing where planes have no names.
 [[nodiscard]] std::string names_text(const std::vector<std::string>& names);
+/// {name, role, planes} of each map of a material, and of heights their scale.
+[[nodiscard]] Json maps_json(const std::vector<MaterialMap>& maps);
+/// "maps colour albedo.png, height disp.png"; empty: there are none.
+[[nodiscard]] std::string maps_text(const std::vector<MaterialMap>& maps);
 [[nodiscard]] double compression_ratio(const Provenance& provenance, std::uintmax_t bytes);
 
 /// The JSON object that docs/command-line.md promises for `fit` and `info`, without `seconds` and `reasons`.

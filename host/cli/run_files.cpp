@@ -82,7 +82,9 @@ void RunFiles::reads(const fs::path& file, std::string told) {
 
 void RunFiles::reads_model(const fs::path& file, const Provenance& provenance) {
     reads(file);
-    if (!provenance.source.empty()) sources_.push_back({file, provenance.source, provenance.file_bytes});
+    if (!provenance.source.empty() && provenance.maps.empty())
+        sources_.push_back({file, provenance.source, provenance.file_bytes});
+    for (const MaterialMap& map : provenance.maps) sources_.push_back({file, map.name, map.file_bytes});
 }
 
 void RunFiles::check_replaced(const fs::path& file) const {

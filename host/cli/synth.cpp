@@ -17,11 +17,13 @@
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/material_files.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/run_files.hpp"
+#include "host/relief/relief_names.hpp"
 #include "host/synthesis/synthesis_names.hpp"
 
 namespace btfield::cli {
@@ -38,6 +40,7 @@ struct SynthArguments {
     std::optional<int> count;
     SynthesisOptions synthesis;
     WritingArguments writing;
+    std::optional<NormalConvention> normals;
     bool profile = false, overwrite = false, json = false;
 };
 
@@ -49,6 +52,7 @@ struct SynthJob {
     Size plane;  ///< that is grown; larger where textures are windows of it
     std::optional<Offset> offset;
     std::vector<fs::path> outputs, labels_outputs;
+    std::optional<MaterialFiles> material;  ///< outputs are its maps, texture by texture
     std::optional<ControlField> control;
     std::vector<double> shares;  ///< of a compound model's regions, summed over textures
     std::vector<std::uint64_t> seeds;
@@ -65,6 +69,10 @@ int planes_of(const SynthJob& job) {
 
 PixelType type_of(const SynthJob& job) {
     return std::visit([](const auto& model) { return model.provenance.type; }, job.model);
+}
+
+const Provenance& provenance_of(const SynthJob& job) {
+    return std::visit([](const auto& model) -> const Provenance& { return model.provenance; }, job.model);
 }
 
 /// The format that holds what was analysed, for textures whose name is not given.
@@ -143,14 +151,27 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             std::visit([&](auto model) { set_model(options, job, std::move(model)); }, read_any_model(file));
         });
         std::visit([&](const auto& model) { files.reads_model(file, model.provenance); }, job.model);
+        if (!provenance_of(job).maps.empty()) {
+            static_cast<void>(is_output_folder("--output", options.output, "the maps of a material"));
+            job.material.emplace(provenance_of(job), options.output, options.writing, options.normals);
+        } else if (options.normals) {
+            throw UsageError("--normals: '" + file + "' is no model of a material's maps");
+        }
         const fs::path output =
             folder ? options.output / fs::path(file).stem().concat(extension(job)) : fs::path(options.output);
         for (int i = 0; i < count; ++i) {
-            job.outputs.push_back(options.count ? numbered(output, i, count) : output);
+            std::vector<fs::path> outputs{options.count ? numbered(output, i, count) : output};
+            if (job.material)
+                outputs = job.material->names(options.count ? std::optional(i) : std::nullopt, count);
+            for (const fs::path& each : outputs)
+                if (!names.insert(each).second)
+                    throw UsageError("two models would have the texture '" + each.string() + "'");
+            if (job.material)
+                job.material->check(outputs);
+            else
+                check_writable(output, planes_of(job), type_of(job), options.writing.type);
+            job.outputs.insert(job.outputs.end(), outputs.begin(), outputs.end());
             job.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
-            if (!names.insert(job.outputs.back()).second)
-                throw UsageError("two models would have the texture '" + job.outputs.back().string() + "'");
-            check_writable(job.outputs.back(), planes_of(job), type_of(job), options.writing.type);
             if (!options.labels_output.empty())
                 job.labels_outputs.push_back(options.count ? numbered(options.labels_output, i, count)
                                                            : fs::path(options.labels_output));
@@ -162,6 +183,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
     for (const SynthJob& job : jobs) {
         for (const fs::path& output : job.outputs) files.writes(output);
         for (const fs::path& labels : job.labels_outputs) files.writes(labels);
+        if (job.material) files.writes_text(job.material->side_file());
     }
     return jobs;
 }
@@ -175,8 +197,26 @@ Grower whole_plane(Device& device, SynthJob& job, const auto& model, const Optio
     return Grower(device, model, job.plane, rest...);
 }
 
-void write_texture(const SynthArguments& options, SynthJob& job, std::size_t number, const Image& texture) {
+void write_maps(Device& device, SynthJob& job, std::size_t number, const Image& texture) {
+    const std::size_t each = job.outputs.size() / job.seeds.size();
+    const auto first = job.outputs.begin() + static_cast<std::ptrdiff_t>(number * each);
+    const std::vector<fs::path> names(first, first + static_cast<std::ptrdiff_t>(each));
+    const bool endless = job.tileable || job.offset;
+    std::optional<Crop> window;
+    if (job.offset) window = Crop{job.offset->column, job.offset->row, job.size.width, job.size.height};
+    job.clamped_pixels += job.material->write(
+        device, names, texture, endless ? SurfaceEdges::periodic : SurfaceEdges::mirror, window, job.remarks);
+    if (number == 0) job.material->write_side_file(job.size, job.tileable);
+}
+
+void write_texture(Device& device, const SynthArguments& options, SynthJob& job, std::size_t number,
+                   const Image& texture) {
     const Stopwatch writing;
+    if (job.material) {
+        write_maps(device, job, number, texture);
+        job.write += writing.seconds();
+        return;
+    }
     const WriteOptions how = std::visit(
         [&](const auto& model) { return write_options(model.provenance, options.writing); }, job.model);
     const auto write = [&](const Image& image) {
@@ -231,7 +271,7 @@ void grow_compound(Device& device, const SynthArguments& options, SynthJob& job,
         const ControlField seen = on_lattice(field, job.plane);
         const std::vector<double> own = shares(seen);
         for (std::size_t k = 0; k < own.size(); ++k) job.shares[k] += own[k];
-        write_texture(options, job, i, texture);
+        write_texture(device, options, job, i, texture);
         if (!job.labels_outputs.empty()) write_labels(job.labels_outputs[i], seen, palette(model));
     }
     job.total += total.seconds();
@@ -260,7 +300,7 @@ void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress
         const std::vector<Image> textures =
             synthesiser.synthesise(std::span<const std::uint64_t>(job.seeds).subspan(start, n));
         job.synthesis += synthesis.seconds();
-        for (std::size_t i = 0; i < n; ++i) write_texture(options, job, start + i, textures[i]);
+        for (std::size_t i = 0; i < n; ++i) write_texture(device, options, job, start + i, textures[i]);
     }
     job.total += total.seconds();
 }
@@ -319,9 +359,12 @@ Json job_json(const SynthJob& job, const Device& device) {
 }
 
 std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& device) {
-    const std::size_t count = job.outputs.size();
+    const std::size_t count = job.seeds.size();
     std::string text = "wrote " + job.outputs.front().string();
-    if (count > 1)
+    if (job.material)
+        text += " to " + job.outputs.back().filename().string() + ", " +
+                detail::counted(job.outputs.size(), "map");
+    else if (count > 1)
         text += " to " + job.outputs.back().filename().string() + ", " + detail::counted(count, "texture");
     text += ": " + detail::text_of(job.size) + " pixels, " + detail::counted(planes_of(job), "plane") +
             ", seed " + std::to_string(job.seeds.front());
@@ -400,7 +443,7 @@ void add_synth(CLI::App& app, Action& action) {
             "-o,--output", options->output,
             "picture; its extension says the format: png, jpg, tif, exr, hdr, ppm; a folder takes "
             "NAME.png of every model, NAME.exr where floats were analysed, NAME.tif where PNG has no "
-            "room for the planes")
+            "room for the planes; of a material it is the folder of its maps")
         ->required()
         ->type_name("IMAGE");
     add_size(*command, "--size", options->size,
@@ -430,6 +473,17 @@ void add_synth(CLI::App& app, Action& action) {
         ->group(synthesis);
     command->add_flag("--profile", options->profile, "print the time of every kernel to standard error")
         ->group(synthesis);
+    const std::string ways = detail::words_of<NormalConvention>("|");
+    const auto take = [options, ways](const std::string& text) {
+        options->normals = detail::find_value<NormalConvention>(text);
+        if (!options->normals) throw CLI::ValidationError("--normals", "'" + text + "' is none of " + ways);
+    };
+    command
+        ->add_option_function<std::string>(
+            "--normals", take,
+            "of materials: which way green points in the normal map, up or down (default: as it was read)")
+        ->type_name(ways)
+        ->group(synthesis);
     const std::string compound = "Compound models";
     command
         ->add_option(
@@ -452,6 +506,7 @@ void add_synth(CLI::App& app, Action& action) {
         {.usual = {{"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
                    {"btfield synth cork.json -o variant.png --count 16", "variant-00.png to variant-15.png"}},
          .more = {{"btfield synth models/*.json -o textures/"},
+                  {"btfield synth bark.json -o bark/ --size 2048", "all maps of 'btfield fit --joint'"},
                   {"btfield synth bark.btfm -o bark.png --save-labels labels.png"},
                   {"btfield synth bark.btfm -o painted.png --control labels.png"},
                   {"btfield synth cork.json -o part.png --size 512 --offset 1536,0 --period 4096",

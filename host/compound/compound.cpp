@@ -10,6 +10,7 @@
 #include "btfield/image_io.hpp"
 #include "host/base/text.hpp"
 #include "host/compound/compound_names.hpp"
+#include "host/model/model_check.hpp"
 
 namespace btfield {
 
@@ -124,6 +125,8 @@ void check(const CompoundModel& model) {
     if (!model.names.empty() && model.names.size() != model.mean.size())
         refuse_compound("it has " + std::to_string(model.names.size()) + " names for " +
                         std::to_string(model.planes) + " planes");
+    if (const std::string defect = defect_of(model.provenance.maps, model.planes); !defect.empty())
+        refuse_compound(defect);
     if (!std::isfinite(model.explained)) refuse_compound("its explained share is not finite");
     for (size_t k = 0; k < model.regions.size(); ++k)
         check_region(model, model.regions[k], "region " + std::to_string(k) + ": ");

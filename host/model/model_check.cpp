@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "btfield/error.hpp"
 #include "btfield/models.hpp"
 #include "host/base/text.hpp"
+#include "host/model/model_check.hpp"
 
 namespace btfield {
 
@@ -296,6 +300,37 @@ void check_basis(const TextureModel& model) {
 
 }  // namespace
 
+std::string detail::defect_of(const std::vector<MaterialMap>& maps, int planes) {
+    std::set<std::string> stems;
+    std::int64_t sum = 0;
+    bool height = false;
+    for (const MaterialMap& map : maps) {
+        const std::string stem = std::filesystem::path(map.name).stem().string();
+        const bool file = map.name.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos &&
+                          !stem.empty() && stem != "." && stem != "..";
+        if (!file) return "a map's name is that of no file";
+        if (!stems.insert(stem).second) return "two of its maps are called '" + stem + "'";
+        const bool hidden = map.role == MapRole::normal && map.planes == 0;
+        if (map.planes < (hidden ? 0 : 1) || (map.role == MapRole::normal && map.planes > 1) ||
+            (map.role == MapRole::height && map.planes != 1))
+            return "its map '" + map.name + "' has " + counted(map.planes, "plane");
+        if (!(map.scale >= 0.0) || !std::isfinite(map.scale))
+            return "its map '" + map.name + "' has no scale";
+        constexpr std::size_t most_levels = 16;
+        if (map.gains.size() > most_levels ||
+            !std::ranges::all_of(map.gains, [](double gain) { return std::isfinite(gain) && gain >= 0.0; }))
+            return "its map '" + map.name + "' has impossible gains";
+        height = height || (map.role == MapRole::height && map.scale > 0.0);
+        sum += map.planes;
+    }
+    for (const MaterialMap& map : maps)
+        if (map.role == MapRole::normal && map.planes == 0 && !height)
+            return "its map '" + map.name + "' lacks a height that tells normals";
+    if (!maps.empty() && sum != planes)
+        return "its maps have " + std::to_string(sum) + " planes, and it has " + std::to_string(planes);
+    return {};
+}
+
 void check(const TextureModel& model) {
     if (model.planes < 1) refuse("it has " + counted(model.planes, "plane"));
     if (model.size.height < 1 || model.size.width < 1) refuse("its picture size is " + text_of(model.size));
@@ -316,6 +351,8 @@ void check(const TextureModel& model) {
     const std::vector<PlaneLimits>& limits = model.provenance.limits;
     if (!limits.empty() && limits.size() != model.mean.size())
         refuse("limits of " + counted(limits.size(), "plane") + " for " + std::to_string(model.planes));
+    if (const std::string defect = defect_of(model.provenance.maps, model.planes); !defect.empty())
+        refuse(defect);
     check_basis(model);
     if (model.levels.empty()) refuse("it has no level");
     Size size = model.size;

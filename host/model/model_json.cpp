@@ -26,7 +26,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// What names, chromaticities, limits and file_bytes came with; files without them say 0.
+/// What names, chromaticities, limits, file_bytes and maps came with; files without them say 0.
 constexpr int minor_version = 1;
 /// A parsed file takes some ten times its size in memory; no model comes near.
 constexpr std::size_t largest_file = std::size_t{256} << 20;
@@ -75,6 +75,24 @@ ordered_json level_value(const LevelModel& level) {
     value["iterations"] = level.iterations;
     value["log_likelihood"] = number(level.log_likelihood);
     value["certificate"] = certificate_value(level.certificate);
+    return value;
+}
+
+ordered_json maps_value(const std::vector<MaterialMap>& maps) {
+    ordered_json value = ordered_json::array();
+    for (const MaterialMap& map : maps) {
+        ordered_json each;
+        each["name"] = valid_utf8(map.name);
+        each["role"] = name(map.role);
+        each["planes"] = map.planes;
+        each["colour_space"] = name(map.space);
+        each["type"] = name(map.type);
+        each["file_bytes"] = map.file_bytes;
+        each["scale"] = map.scale;
+        each["directx"] = map.directx;
+        if (!map.gains.empty()) each["gains"] = map.gains;
+        value.push_back(std::move(each));
+    }
     return value;
 }
 
@@ -198,6 +216,22 @@ void read_station(Object& object, const std::string& key, const Context& context
     read(value, object.path(key));
 }
 
+MaterialMap read_map(const json& value, const std::string& where, const Context& context) {
+    Object object(value, where, context);
+    MaterialMap map;
+    map.name = object.get("name", text);
+    map.role = object.get_name<MapRole>("role");
+    map.planes = object.get("planes", integer);
+    map.space = object.get_name<ColourSpace>("colour_space");
+    map.type = object.get_name<PixelType>("type");
+    map.file_bytes = object.get("file_bytes", natural);
+    map.scale = object.get("scale", real);
+    map.directx = object.get("directx", truth);
+    if (object.has("gains")) map.gains = object.get_list("gains", real);
+    object.finish();
+    return map;
+}
+
 SpectralBasis read_basis(const json& value, const std::string& where, const TextureModel& model,
                          const Context& context) {
     SpectralBasis basis;
@@ -248,12 +282,13 @@ ordered_json provenance_value(const Provenance& provenance) {
             limits.push_back(low && high ? "both" : low ? "low" : high ? "high" : "none");
         value["limits"] = std::move(limits);
     }
+    if (!provenance.maps.empty()) value["maps"] = maps_value(provenance.maps);
     return value;
 }
 
 ordered_json version_value(const std::vector<std::string>& names, const Provenance& provenance) {
     const bool newer = !names.empty() || provenance.chromaticities || !provenance.limits.empty() ||
-                       provenance.file_bytes > 0;
+                       provenance.file_bytes > 0 || !provenance.maps.empty();
     return ordered_json::array({model_format_version, newer ? minor_version : 0});
 }
 
@@ -334,6 +369,7 @@ Provenance read_provenance(const json& value, const std::string& where, const Co
         };
         provenance.limits = object.get_list("limits", limit);
     }
+    if (object.has("maps")) provenance.maps = object.get_list("maps", read_map);
     object.finish();
     return provenance;
 }

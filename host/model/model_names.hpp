@@ -35,4 +35,17 @@ struct Names<NoiseForm> {
         std::to_array<Word<NoiseForm>>({{NoiseForm::full, "full"}, {NoiseForm::diagonal, "diagonal"}});
 };
 
+template <>
+struct Names<MapRole> {
+    static constexpr std::string_view what = "role of a map";
+    static constexpr auto words = std::to_array<Word<MapRole>>({{MapRole::colour, "colour"},
+                                                                {MapRole::normal, "normal"},
+                                                                {MapRole::height, "height"},
+                                                                {MapRole::roughness, "roughness"},
+                                                                {MapRole::metalness, "metalness"},
+                                                                {MapRole::occlusion, "occlusion"},
+                                                                {MapRole::opacity, "opacity"},
+                                                                {MapRole::other, "other"}});
+};
+
 }  // namespace btfield::detail

@@ -94,6 +94,14 @@ NoiseForm noise_form(std::string_view name) {
     return value_of<NoiseForm>(name);
 }
 
+std::string_view name(MapRole role) {
+    return word_of(role);
+}
+
+MapRole map_role(std::string_view name) {
+    return value_of<MapRole>(name);
+}
+
 const LinearField& linear_field(const Model& model) {
     return std::visit([](const auto& m) -> const LinearField& { return m; }, model);
 }

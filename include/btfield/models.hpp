@@ -129,6 +129,32 @@ struct LevelModel {
     Certificate certificate;
 };
 
+/// What a map tells of a material.
+enum class MapRole { colour, normal, height, roughness, metalness, occlusion, opacity, other };
+/// "colour", "normal", "height", …
+[[nodiscard]] BTFIELD_API std::string_view name(MapRole role);
+/// Inverse of name().
+/// \throws InputError for any other text, listing those that exist
+[[nodiscard]] BTFIELD_API MapRole map_role(std::string_view name);
+
+/// One of several maps of a material that are modelled together (theory 20), in the order of their planes.
+struct MaterialMap {
+    std::string name;  ///< file name of the picture, without folders
+    MapRole role = MapRole::other;
+    /// Of the model's planes. 0: a normal map that the height tells; 1 of a normal map without one: height.
+    int planes = 0;
+    ColourSpace space = ColourSpace::unspecified;
+    PixelType type = PixelType::uint8;
+    std::uint64_t file_bytes = 0;  ///< size of the picture's file; 0: not known
+    /// Of heights in pixels, about 0: how far apart black and white of their files are. 0: heights as their
+    /// file has them, whose scale nothing tells.
+    double scale = 0.0;
+    bool directx = false;  ///< of a normal map: its second colour points down
+    /// Of heights in pixels: what levels of the texture's pyramid by factor 2 are multiplied with, finest first
+    /// (theory 20.2).
+    std::vector<double> gains = {};
+};
+
 /// Where the model came from; for people, not for synthesis, but for the file type of the output.
 struct Provenance {
     std::string source;                 ///< file name without folders
@@ -142,6 +168,8 @@ struct Provenance {
     std::uint64_t file_bytes = 0;  ///< size of the picture's file; 0: not known
     /// Which planes of the picture reach 0 or 1; empty where that is not known, or none does.
     std::vector<PlaneLimits> limits = {};
+    /// Of a material; empty for one picture.
+    std::vector<MaterialMap> maps = {};
 };
 
 /// Everything that synthesis needs.

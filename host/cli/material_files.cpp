@@ -1,0 +1,202 @@
+#include "host/cli/material_files.hpp"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "btfield/error.hpp"
+#include "btfield/material.hpp"
+#include "host/base/file_output.hpp"
+#include "host/cli/command.hpp"
+#include "host/cli/modelled_picture.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/output_names.hpp"
+#include "host/cli/report.hpp"
+#include "host/model/model_names.hpp"
+#include "host/relief/relief_names.hpp"
+
+namespace btfield::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_relief(const MaterialMap& map) {
+    return map.role == MapRole::normal || (map.role == MapRole::height && map.scale > 0.0);
+}
+
+}  // namespace
+
+void add_joint(CLI::App& app, JointArguments& arguments) {
+    const std::string group = "Materials";
+    app.add_flag(
+           "--joint", arguments.joint,
+           "the pictures are maps of one material, registered: one model of all, from which synth grows "
+           "all")
+        ->group(group);
+    const std::string words = detail::words_of<MapRole>("|");
+    const auto read = [&arguments, words](const std::vector<std::string>& texts) {
+        arguments.roles.clear();
+        for (const std::string& text : texts) {
+            const auto role = detail::find_value<MapRole>(text);
+            if (!role) throw CLI::ValidationError("--roles", "'" + text + "' is none of " + words);
+            arguments.roles.push_back(*role);
+        }
+    };
+    app.add_option_function<std::vector<std::string>>(
+           "--roles", read,
+           "what the maps are, in their order: " + detail::words_of<MapRole>(", ") +
+               " (default: by their names)")
+        ->delimiter(',')
+        ->type_name("ROLE,...")
+        ->group(group);
+    const std::string ways = detail::words_of<NormalConvention>("|");
+    const auto take = [&arguments, ways](const std::string& text) {
+        arguments.normals = detail::find_value<NormalConvention>(text);
+        if (!arguments.normals) throw CLI::ValidationError("--normals", "'" + text + "' is none of " + ways);
+    };
+    app.add_option_function<std::string>(
+           "--normals", take,
+           "which way green points in the normal map: up or down (default: by its name, else opengl)")
+        ->type_name(ways)
+        ->group(group);
+}
+
+void check_joint(const JointArguments& arguments, std::size_t pictures) {
+    if (!arguments.joint && (!arguments.roles.empty() || arguments.normals))
+        throw UsageError(std::string(arguments.roles.empty() ? "--normals" : "--roles") +
+                         " goes with --joint");
+    if (!arguments.roles.empty() && arguments.roles.size() != pictures)
+        throw UsageError("--roles: there are " + std::to_string(arguments.roles.size()) + " for " +
+                         std::to_string(pictures) + " pictures");
+}
+
+JointPicture read_joint(Device& device, const std::vector<std::string>& files,
+                        const JointArguments& arguments, const ReadOptions& options) {
+    std::vector<MapPicture> maps;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        MapPicture& map = maps.emplace_back();
+        map.name = fs::path(files[i]).filename().string();
+        map.role = arguments.roles.empty() ? role_of_name(map.name) : arguments.roles[i];
+        map.directx =
+            arguments.normals ? *arguments.normals == NormalConvention::directx : says_directx(map.name);
+        ReadOptions reading = options;
+        reading.keep_values = options.keep_values || map.role != MapRole::colour;  // numbers, no colours
+        map.picture = read_told(files[i], reading);
+    }
+    Material material = join_maps(device, maps);
+    for (const std::string& remark : material.remarks) warn(remark);
+    JointPicture result;
+    result.picture.type = maps.front().picture.type;
+    result.picture.image = std::move(material.image);
+    result.provenance = provenance_of(files.front(), result.picture);
+    result.provenance.picture_bytes = 0;
+    for (const MapPicture& map : maps)
+        result.provenance.picture_bytes += static_cast<std::uint64_t>(map.picture.image.values().size()) *
+                                           static_cast<std::uint64_t>(bytes_per_value(map.picture.type));
+    result.provenance.maps = std::move(material.maps);
+    // Heights in pixels have no limits that a file would know.
+    std::size_t plane = 0;
+    for (const MaterialMap& map : result.provenance.maps)
+        for (int p = 0; p < map.planes; ++p, ++plane)
+            if (is_relief(map) && !result.provenance.limits.empty()) result.provenance.limits[plane] = {};
+    return result;
+}
+
+MaterialFiles::MaterialFiles(const Provenance& provenance, fs::path folder, const WritingArguments& writing,
+                             std::optional<NormalConvention> normals)
+    : maps_(provenance.maps),
+      limits_(provenance.limits),
+      folder_(std::move(folder)),
+      writing_(writing),
+      normals_(normals) {}
+
+PixelType MaterialFiles::type_of(const MaterialMap& map) const {
+    const bool floats = writing_.type == PixelType::half || writing_.type == PixelType::float32;
+    if (is_relief(map)) return floats && map.role == MapRole::height ? PixelType::float32 : PixelType::uint16;
+    if (map.role == MapRole::height && !writing_.type && map.type == PixelType::uint8)
+        return PixelType::uint16;  // 256 steps would show
+    return writing_.type.value_or(map.type);
+}
+
+NormalConvention MaterialFiles::convention(const MaterialMap& map) const {
+    return normals_.value_or(map.directx ? NormalConvention::directx : NormalConvention::opengl);
+}
+
+std::vector<fs::path> MaterialFiles::names(std::optional<int> number, int count) const {
+    std::vector<fs::path> result;
+    for (const MaterialMap& map : maps_) {
+        const PixelType type = type_of(map);
+        const bool floats = type == PixelType::half || type == PixelType::float32;
+        const int planes = map.role == MapRole::normal ? 3 : map.planes;
+        const char* extension = floats ? ".exr" : planes == 1 || planes == 3 ? ".png" : ".tif";
+        const fs::path name = folder_ / fs::path(map.name).stem().concat(extension);
+        result.push_back(number ? numbered(name, *number, count) : name);
+    }
+    return result;
+}
+
+void MaterialFiles::check(const std::vector<fs::path>& names) const {
+    for (std::size_t m = 0; m < maps_.size(); ++m)
+        check_writable(names[m], maps_[m].role == MapRole::normal ? 3 : maps_[m].planes, maps_[m].type,
+                       type_of(maps_[m]));
+}
+
+std::uintmax_t MaterialFiles::write(Device& device, const std::vector<fs::path>& names, const Image& texture,
+                                    SurfaceEdges edges, const std::optional<Crop>& window,
+                                    WrittenRemarks& remarks) const {
+    std::vector<Image> images = split_maps(device, maps_, texture, edges);
+    std::uintmax_t clamped = 0;
+    std::size_t plane = 0;
+    for (std::size_t m = 0; m < maps_.size(); ++m) {
+        const MaterialMap& map = maps_[m];
+        Image& image = images[m];
+        if (window) image = image.window(window->y, window->x, {window->height, window->width});
+        WriteOptions how;
+        how.source = map.type;
+        how.type = type_of(map);
+        how.keep_values = writing_.keep_values || map.role != MapRole::colour;
+        const auto planes = static_cast<std::size_t>(map.planes);
+        if (!limits_.empty() && planes > 0 && !is_relief(map))
+            how.limits.assign(limits_.begin() + static_cast<std::ptrdiff_t>(plane),
+                              limits_.begin() + static_cast<std::ptrdiff_t>(plane + planes));
+        plane += planes;
+        if (map.role == MapRole::normal) image = encode_normals(image, convention(map));
+        if (map.role == MapRole::height && map.scale > 0.0 && how.type == PixelType::uint16)
+            image = encode_height(image, map.scale);
+        const WriteReport report = write_picture(names[m], image, how);
+        clamped += report.clamped_pixels;
+        remarks.add(names[m], report);
+    }
+    return clamped;
+}
+
+void MaterialFiles::write_side_file(Size size, bool tileable) const {
+    Json all = Json::array();
+    const std::vector<fs::path> files = names({}, 1);
+    for (std::size_t m = 0; m < maps_.size(); ++m) {
+        const MaterialMap& map = maps_[m];
+        Json object;
+        object["file"] = files[m].filename().string();
+        object["role"] = name(map.role);
+        object["type"] = name(type_of(map));
+        if (map.role == MapRole::normal) object["convention"] = std::string(detail::word_of(convention(map)));
+        if (map.role == MapRole::height && map.scale > 0.0) {
+            object["unit"] = "pixel";
+            object["scale"] = map.scale;
+            object["mid_grey"] = 32768;
+            object["white"] = 65535;
+        }
+        all.push_back(std::move(object));
+    }
+    Json object;
+    object["size"] = size_json(size);
+    object["tileable"] = tileable;
+    object["axes"] = "x right, y up, z to the viewer";
+    object["slopes"] = "central differences";
+    object["maps"] = std::move(all);
+    const fs::path file = side_file();
+    detail::write_file(file, object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n",
+                       "write '" + file.string() + "'");
+}
+
+}  // namespace btfield::cli

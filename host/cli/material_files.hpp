@@ -1,0 +1,75 @@
+#pragma once
+
+/// \file
+/// Maps of one material: read as one picture, written as one file each.
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "btfield/height.hpp"
+#include "btfield/image_io.hpp"
+#include "btfield/models.hpp"
+#include "host/cli/picture_options.hpp"
+#include "host/cli/run_files.hpp"
+
+namespace btfield::cli {
+
+struct JointArguments {
+    bool joint = false;
+    std::vector<MapRole> roles;
+    std::optional<NormalConvention> normals;
+};
+
+/// --joint, --roles and --normals, of commands that fit.
+void add_joint(CLI::App& app, JointArguments& arguments);
+
+/// \throws UsageError when there are as many roles as pictures neither, or roles without --joint
+void check_joint(const JointArguments& arguments, std::size_t pictures);
+
+/// A material as one picture, and where it comes from.
+struct JointPicture {
+    Picture picture;
+    Provenance provenance;
+};
+
+/// \throws InputError when a map cannot be read, or join_maps() refuses them
+[[nodiscard]] JointPicture read_joint(Device& device, const std::vector<std::string>& files,
+                                      const JointArguments& arguments, const ReadOptions& options);
+
+/// Files of a material's textures in a folder.
+class MaterialFiles {
+  public:
+    /// \param normals  how they are written; nothing: as they were read
+    MaterialFiles(const Provenance& provenance, std::filesystem::path folder, const WritingArguments& writing,
+                  std::optional<NormalConvention> normals);
+
+    /// Names of one texture's maps, after those of the maps that the model was fitted to.
+    /// \param number  of a texture among `count`; nothing: the only one
+    [[nodiscard]] std::vector<std::filesystem::path> names(std::optional<int> number, int count) const;
+    /// What they have in common, as JSON.
+    [[nodiscard]] std::filesystem::path side_file() const { return folder_ / "material.json"; }
+    /// \throws what write_picture() would throw for these names
+    void check(const std::vector<std::filesystem::path>& names) const;
+    /// \param window  in the texture; of all of it, its edges: periodic where it tiles
+    /// \returns number of pixels that were clamped in any map
+    std::uintmax_t write(Device& device, const std::vector<std::filesystem::path>& names,
+                         const Image& texture, SurfaceEdges edges, const std::optional<Crop>& window,
+                         WrittenRemarks& remarks) const;
+    void write_side_file(Size size, bool tileable) const;
+
+  private:
+    [[nodiscard]] PixelType type_of(const MaterialMap& map) const;
+    [[nodiscard]] NormalConvention convention(const MaterialMap& map) const;
+
+    std::vector<MaterialMap> maps_;
+    std::vector<PlaneLimits> limits_;
+    std::filesystem::path folder_;
+    WritingArguments writing_;
+    std::optional<NormalConvention> normals_;
+};
+
+}  // namespace btfield::cli

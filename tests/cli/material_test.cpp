@@ -1,0 +1,110 @@
+// btfield fit --joint and synth of its models, as users' scripts see them.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "btfield/height.hpp"
+#include "btfield/image_io.hpp"
+#include "tests/cli_cases.hpp"
+#include "tests/device_cases.hpp"
+#include "tests/json_text.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace btfield {
+namespace {
+
+using nlohmann::json;
+using test::btfield;
+using test::Ended;
+using test::Words;
+
+class CliMaterial : public testing::Test {
+  protected:
+    void SetUp() override {
+        const Image noise = test::mixed_texture({64, 64}, 4, 3);
+        Image colour({64, 64}, 3, ColourSpace::srgb), height({64, 64}, 1);
+        for (std::size_t i = 0; i < area(height.size()); ++i) {
+            height.plane(0)[i] = noise.plane(3)[i];
+            for (int p = 0; p < 3; ++p) colour.plane(p)[i] = 0.4F + 0.05F * noise.plane(p)[i];
+        }
+        const Image normals = normals_of_slopes(slopes_of_height(height, SurfaceEdges::mirror));
+        WriteOptions how;
+        how.type = PixelType::uint16;
+        how.keep_values = true;
+        write_picture(folder_ / "s_albedo.png", colour, how);
+        write_picture(folder_ / "s_normal.png", encode_normals(normals), how);
+        write_picture(folder_ / "s_height.png", encode_height(height, 16.0), how);
+    }
+    Ended run(const Words& words) { return btfield(words, {.folder = folder_.path().string()}); }
+    json object(const Words& words) {
+        return test::expect_object(words, {.folder = folder_.path().string()});
+    }
+    const Words maps_{"s_albedo.png", "s_normal.png", "s_height.png"};
+    test::TemporaryFolder folder_;
+};
+
+TEST_F(CliMaterial, MapsComeBackRegisteredUnderTheirNames) {
+    const json fitted = object({"fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.json"});
+    ASSERT_EQ(fitted["maps"].size(), 3U);
+    EXPECT_EQ(fitted["maps"][0], json({{"name", "s_albedo.png"}, {"role", "colour"}, {"planes", 3}}));
+    EXPECT_EQ(fitted["maps"][1]["planes"], 0);
+    EXPECT_EQ(fitted["maps"][2]["role"], "height");
+    EXPECT_NEAR(fitted["maps"][2]["scale"].get<double>(), 12.0, 6.0);  // of values about ±4
+    EXPECT_EQ(fitted["planes"], 4);
+    const json grown = object({"synth", "s.json", "-o", "out", "--size", "64x96"});
+    EXPECT_EQ(grown["outputs"], json({"out/s_albedo.png", "out/s_normal.png", "out/s_height.png"}));
+    const json side = test::parsed(test::bytes_of(folder_ / "out/material.json"));
+    EXPECT_EQ(side["size"], json({64, 96}));
+    EXPECT_EQ(side["maps"][1]["convention"], "opengl");
+    const double scale = side["maps"][2]["scale"].get<double>();
+    Image height = read_picture(folder_ / "out/s_height.png").image;
+    for (float& v : height.values()) v = static_cast<float>((static_cast<double>(v) - mid_grey) * scale);
+    ReadOptions raw;
+    raw.keep_values = true;
+    const Image written = decode_normals(read_picture(folder_ / "out/s_normal.png", raw));
+    const Image told = normals_of_slopes(slopes_of_height(height, SurfaceEdges::periodic));
+    for (std::size_t i = 0; i < told.values().size(); ++i)
+        ASSERT_NEAR(written.values()[i], told.values()[i], 2e-3);
+    // The other way up, several, and windows of a plane.
+    object({"synth", "s.json", "-o", "dx", "--size", "64", "--normals", "directx", "--count", "2"});
+    object({"synth", "s.json", "-o", "gl", "--size", "64"});
+    const Image down = read_picture(folder_ / "dx/s_normal-0.png", raw).image;
+    const Image up = read_picture(folder_ / "gl/s_normal.png", raw).image;
+    for (std::size_t i = 0; i < up.plane(1).size(); ++i)
+        ASSERT_NEAR(down.plane(1)[i], 1.0F - up.plane(1)[i], 2.0F / 65535.0F);
+    object({"synth", "s.json", "-o", "win", "--size", "16", "--offset", "56,8", "--period", "64"});
+    const Image window = read_picture(folder_ / "win/s_normal.png", raw).image;
+    const Image expected = up.window(8, 56, {16, 16});
+    for (std::size_t i = 0; i < window.values().size(); ++i)
+        ASSERT_NEAR(window.values()[i], expected.values()[i], 2.0F / 65535.0F);
+}
+
+TEST_F(CliMaterial, CompoundModelsToo) {
+    const json fitted = object(
+        {"compound", "fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.btfm", "--regions", "2"});
+    EXPECT_EQ(fitted["maps"].size(), 3U);
+    EXPECT_EQ(object({"info", "s.btfm"})["maps"], fitted["maps"]);
+    EXPECT_EQ(object({"synth", "s.btfm", "-o", "out/"})["outputs"].size(), 3U);
+    EXPECT_EQ(read_picture(folder_ / "out/s_height.png").type, PixelType::uint16);
+}
+
+TEST_F(CliMaterial, WrongUsageAndSourcesThatStay) {
+    EXPECT_EQ(run({"fit", maps_[0], "-o", "s.json", "--roles", "colour"}).code, 2);
+    EXPECT_EQ(run({"fit", maps_[0], maps_[1], "--joint", "-o", "s.json", "--roles", "colour"}).code, 2);
+    EXPECT_EQ(run({"fit", maps_[0], maps_[1], "--joint", "-o", "s.json", "--roles", "colour,shine"}).code, 2);
+    const Ended twice =
+        run({"fit", maps_[1], maps_[2], "--joint", "-o", "s.json", "--roles", "height,height"});
+    EXPECT_EQ(twice.code, 1);
+    ASSERT_EQ(run({"fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.json"}).code, 0);
+    // Into their own folder they would replace what they were learned from.
+    const std::string before = test::bytes_of(folder_ / maps_[1]);
+    const Ended here = run({"synth", "s.json", "-o", "."});
+    EXPECT_EQ(here.code, 1) << here.err;
+    EXPECT_NE(here.err.find("--overwrite"), std::string::npos) << here.err;
+    EXPECT_EQ(test::bytes_of(folder_ / maps_[1]), before);
+    EXPECT_EQ(run({"synth", "s.json", "-o", "t.png"}).code, 2);
+}
+
+}  // namespace
+}  // namespace btfield
