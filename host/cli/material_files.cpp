@@ -52,10 +52,10 @@ void add_joint(CLI::App& app, JointArguments& arguments) {
     const std::string ways = detail::words_of<NormalConvention>("|");
     const auto take = [&arguments, ways](const std::string& text) {
         arguments.normals = detail::find_value<NormalConvention>(text);
-        if (!arguments.normals) throw CLI::ValidationError("--normals", "'" + text + "' is none of " + ways);
+        if (!arguments.normals) throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
     };
     app.add_option_function<std::string>(
-           "--normals", take,
+           "--convention", take,
            "which way green points in the normal map: up or down (default: by its name, else opengl)")
         ->type_name(ways)
         ->group(group);
@@ -63,7 +63,7 @@ void add_joint(CLI::App& app, JointArguments& arguments) {
 
 void check_joint(const JointArguments& arguments, std::size_t pictures) {
     if (!arguments.joint && (!arguments.roles.empty() || arguments.normals))
-        throw UsageError(std::string(arguments.roles.empty() ? "--normals" : "--roles") +
+        throw UsageError(std::string(arguments.roles.empty() ? "--convention" : "--roles") +
                          " goes with --joint");
     if (!arguments.roles.empty() && arguments.roles.size() != pictures)
         throw UsageError("--roles: there are " + std::to_string(arguments.roles.size()) + " for " +

@@ -24,7 +24,7 @@ struct JointArguments {
     std::optional<NormalConvention> normals;
 };
 
-/// --joint, --roles and --normals, of commands that fit.
+/// --joint, --roles and --convention, of commands that fit.
 void add_joint(CLI::App& app, JointArguments& arguments);
 
 /// \throws UsageError when there are as many roles as pictures neither, or roles without --joint

@@ -155,7 +155,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             static_cast<void>(is_output_folder("--output", options.output, "the maps of a material"));
             job.material.emplace(provenance_of(job), options.output, options.writing, options.normals);
         } else if (options.normals) {
-            throw UsageError("--normals: '" + file + "' is no model of a material's maps");
+            throw UsageError("--convention: '" + file + "' is no model of a material's maps");
         }
         const fs::path output =
             folder ? options.output / fs::path(file).stem().concat(extension(job)) : fs::path(options.output);
@@ -476,11 +476,11 @@ void add_synth(CLI::App& app, Action& action) {
     const std::string ways = detail::words_of<NormalConvention>("|");
     const auto take = [options, ways](const std::string& text) {
         options->normals = detail::find_value<NormalConvention>(text);
-        if (!options->normals) throw CLI::ValidationError("--normals", "'" + text + "' is none of " + ways);
+        if (!options->normals) throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
     };
     command
         ->add_option_function<std::string>(
-            "--normals", take,
+            "--convention", take,
             "of materials: which way green points in the normal map, up or down (default: as it was read)")
         ->type_name(ways)
         ->group(synthesis);

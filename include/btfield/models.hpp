@@ -150,8 +150,8 @@ struct MaterialMap {
     /// file has them, whose scale nothing tells.
     double scale = 0.0;
     bool directx = false;  ///< of a normal map: its second colour points down
-    /// Of heights in pixels: what levels of the texture's pyramid by factor 2 are multiplied with, finest first
-    /// (theory 20.2).
+    /// Of heights in pixels: what levels of a texture's pyramid by factor 2 are multiplied with, finest
+    /// first (theory 20.2).
     std::vector<double> gains = {};
 };
 

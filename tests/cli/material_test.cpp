@@ -67,7 +67,7 @@ TEST_F(CliMaterial, MapsComeBackRegisteredUnderTheirNames) {
     for (std::size_t i = 0; i < told.values().size(); ++i)
         ASSERT_NEAR(written.values()[i], told.values()[i], 2e-3);
     // The other way up, several, and windows of a plane.
-    object({"synth", "s.json", "-o", "dx", "--size", "64", "--normals", "directx", "--count", "2"});
+    object({"synth", "s.json", "-o", "dx", "--size", "64", "--convention", "directx", "--count", "2"});
     object({"synth", "s.json", "-o", "gl", "--size", "64"});
     const Image down = read_picture(folder_ / "dx/s_normal-0.png", raw).image;
     const Image up = read_picture(folder_ / "gl/s_normal.png", raw).image;
