@@ -52,7 +52,8 @@ void add_joint(CLI::App& app, JointArguments& arguments) {
     const std::string ways = detail::words_of<NormalConvention>("|");
     const auto take = [&arguments, ways](const std::string& text) {
         arguments.normals = detail::find_value<NormalConvention>(text);
-        if (!arguments.normals) throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
+        if (!arguments.normals)
+            throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
     };
     app.add_option_function<std::string>(
            "--convention", take,

@@ -476,7 +476,8 @@ void add_synth(CLI::App& app, Action& action) {
     const std::string ways = detail::words_of<NormalConvention>("|");
     const auto take = [options, ways](const std::string& text) {
         options->normals = detail::find_value<NormalConvention>(text);
-        if (!options->normals) throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
+        if (!options->normals)
+            throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
     };
     command
         ->add_option_function<std::string>(
