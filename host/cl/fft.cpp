@@ -291,6 +291,10 @@ Fft& FftPlans::plan(DeviceImpl& device, Size size, FftBackend backend) {
         throw DeviceError("plan a " + compact_text_of(size) + " transform",
                           "a side is not a product of 2, 3, 5, 7, 11 and 13",
                           "transform the next larger lattice that is");
+    if (size.height > fft_longest_side || size.width > fft_longest_side)
+        throw DeviceError("plan a " + compact_text_of(size) + " transform",
+                          "sides above " + std::to_string(fft_longest_side) + " pixels are not possible",
+                          "work on smaller parts");
     const FftBackend resolved = resolve(device, size, backend);
     const std::lock_guard lock(mutex_);
     std::unique_ptr<Fft>& entry = plans_[{size.height, size.width, resolved}];

@@ -23,6 +23,10 @@ namespace btfield::detail {
 /// Largest prime factor that both back ends transform.
 inline constexpr int fft_largest_prime = 13;
 
+/// Longest side that both back ends transform on every device: beyond it the rows of one work group are more
+/// than a CPU driver's stacks hold.
+inline constexpr int fft_longest_side = 16384;
+
 /// Smallest n' >= n whose prime factors are all <= 13; n itself when it is one. This is the way around for
 /// other sizes: synthesise on the larger lattice and crop.
 [[nodiscard]] int next_fft_size(int n);

@@ -64,6 +64,17 @@ bool holds_picture(const fs::path& path) {
            (is_space(head[2]) || head[2] == '#');
 }
 
+/// JSON models of this program: CBOR's name no text has.
+bool holds_model(const fs::path& file) {
+    std::error_code none;
+    if (!fs::is_regular_file(file, none)) return false;
+    std::array<char, 256> bytes{};
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(bytes.data(), bytes.size());
+    const std::string_view head(bytes.data(), static_cast<std::size_t>(stream.gcount()));
+    return head.starts_with('{') && head.find("\"format\": \"btfield") != std::string_view::npos;
+}
+
 }  // namespace
 
 bool is_standard_output(const fs::path& file) {
@@ -124,6 +135,9 @@ void RunFiles::writes(const fs::path& file) {
 }
 
 void RunFiles::writes_text(const fs::path& file) {
+    if (!overwrite_ && holds_model(file))
+        throw InputError("write '" + file.string() + "'", "a model is there",
+                         "name another output, or give --overwrite");
     if (!overwrite_ && holds_picture(file))
         throw InputError("write '" + file.string() + "'", "a picture is there",
                          "name another output, or give --overwrite");

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <cstddef>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -168,6 +169,21 @@ std::string kind_of_name(std::string_view name) {
     if (role == '\0') return {};
     return std::string(before) +
            (std::string_view("RGB").find(role) != std::string_view::npos ? "RGB" : "XYZ");
+}
+
+std::vector<std::array<int, 3>> colour_layers(const std::vector<std::string>& names) {
+    std::map<std::string, std::array<int, 3>> layers;
+    for (std::size_t n = 0; n < names.size(); ++n) {
+        const auto [before, role] = role_of(names[n]);
+        const std::size_t place = std::string_view("RGB").find(role);
+        if (role == '\0' || place == std::string_view::npos) continue;
+        layers.try_emplace(std::string(before), std::array{-1, -1, -1}).first->second.at(place) =
+            static_cast<int>(n);
+    }
+    std::vector<std::array<int, 3>> whole;
+    for (const auto& [before, planes] : layers)
+        if (std::ranges::none_of(planes, [](int plane) { return plane < 0; })) whole.push_back(planes);
+    return whole;
 }
 
 std::optional<double> wavelength_of(std::string_view name) {

@@ -3,6 +3,7 @@
 /// \file
 /// Which channels of a file become planes, in which order, and what their names say.
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -44,5 +45,8 @@ void keep_planes(Picture& picture, const ChannelPlan& plan);
 /// What the names of planes of one kind share: colours of one layer, its X, Y and Z, wavelengths. Empty for
 /// a name that says nothing of the kind.
 [[nodiscard]] std::string kind_of_name(std::string_view name);
+
+/// Red, green and blue of each layer that has all three.
+[[nodiscard]] std::vector<std::array<int, 3>> colour_layers(const std::vector<std::string>& names);
 
 }  // namespace btfield::detail

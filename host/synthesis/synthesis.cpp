@@ -205,7 +205,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
 
     [[noreturn]] void refuse_size(const TextureModel& model) const {
         int fitting = 0;
-        for (int side = 16; side < 1 << 20; side *= 2)
+        for (int side = 16; side <= fft_longest_side / 2; side *= 2)
             for (const int candidate : {side, side + side / 2})
                 if (fits(layout_.resized(model, {candidate, candidate}), 1)) fitting = candidate;
         const auto gigabytes = [](double count) {

@@ -61,6 +61,15 @@ SynthesisLayout::SynthesisLayout(const TextureModel& model, Size wanted, std::ve
     sizes = pyramid_sizes(lattice, static_cast<int>(model.levels.size()), model.factor);
     for (const Size& s : sizes)
         transforms.push_back(recursive ? s : Size{next_fft_size(s.height), next_fft_size(s.width)});
+    for (size_t k = 0; k < routes.size(); ++k) {
+        const bool transformed = routes[k] == LevelRoute::spectrum || routes[k] == LevelRoute::transfer;
+        if (!transformed || std::max(transforms[k].height, transforms[k].width) <= fft_longest_side) continue;
+        throw InputError("synthesise " + compact_text_of(size),
+                         "its torus has a side above " + std::to_string(fft_longest_side) +
+                             " pixels, which cannot be transformed",
+                         "give a smaller size (windows: a smaller period); causal models also grow by raster "
+                         "recursion, which has no such limit");
+    }
 }
 
 SynthesisLayout SynthesisLayout::resized(const TextureModel& model, Size other) const {

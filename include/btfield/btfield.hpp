@@ -20,6 +20,7 @@
 #include "btfield/lag_covariance.hpp"  // IWYU pragma: export
 #include "btfield/light_set.hpp"       // IWYU pragma: export
 #include "btfield/marginals.hpp"       // IWYU pragma: export
+#include "btfield/material.hpp"
 #include "btfield/memd.hpp"            // IWYU pragma: export
 #include "btfield/model_file.hpp"      // IWYU pragma: export
 #include "btfield/models.hpp"          // IWYU pragma: export

@@ -157,7 +157,9 @@ TEST(CliRefusals, SizesBeyondTheDevice) {
     expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "2147483647x2147483647"}, 1, "2147483647",
                    here);
     expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1x2147483647"}, 1, "2147483647", here);
-    expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1000000x1000000"}, 3, "a size up to", here);
+    expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "16x20000"}, 1, "above 16384 pixels", here);
+    expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1000000x1000000", "--method", "raster"}, 3,
+                   "a size up to", here);
     EXPECT_EQ(folder.names(), Words{"m.json"});
 }
 

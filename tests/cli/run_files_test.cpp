@@ -177,6 +177,12 @@ TEST_F(CliRunFiles, NamesThatAreNotText) {
     EXPECT_EQ(test::parsed(synth.out)["outputs"][0], "t\xef\xbf\xbd.png");
 }
 
+TEST_F(CliRunFiles, SideFilesDoNotReplaceModels) {
+    const std::string model = bytes_of(folder_ / "wood.json");
+    refused({"relief", "integrate", "wood.png", "-o", "wood.exr"}, 1, "a model is there");
+    EXPECT_EQ(bytes_of(folder_ / "wood.json"), model);
+}
+
 TEST_F(CliRunFiles, PagesDoNotReplacePictures) {
     refused({"experiment", "report", "r.db", "-o", "wood.png"}, 1, "a picture is there");
 }

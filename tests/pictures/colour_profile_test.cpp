@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -235,6 +236,34 @@ TEST_F(ColourProfile, ExrPrimariesAreConvertedAndComeBack) {
         // As they are stored: no value below 0 that HDR would cut.
         EXPECT_NEAR(read_picture(folder_ / name, {{}, {}, {}, true}).image.at(0, 0, 0), 0.0F, 1e-5F) << name;
     }
+}
+
+TEST_F(ColourProfile, ExrPrimariesOfColoursBesideOtherPlanes) {
+    // In the order of their names: B, G, R, Z, and a layer.
+    OIIO::ImageSpec spec(1, 1, 7, OIIO::TypeDesc::FLOAT);
+    spec.channelnames = {"B", "G", "R", "Z", "a.B", "a.G", "a.R"};
+    std::array<float, 8> primaries{};
+    std::copy(display_p3.begin(), display_p3.end(), primaries.begin());
+    spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), primaries.data());
+    test::write_foreign(folder_ / "a.exr", spec,
+                        std::vector<float>{0.0F, 1.0F, 0.0F, 7.5F, 0.0F, 0.5F, 0.0F});
+    const Picture picture = read_picture(folder_ / "a.exr");
+    const detail::Matrix3 m = detail::rec709_from(display_p3).value();
+    const auto plane = [&](const std::string& name) {
+        const auto& names = picture.image.names();
+        const auto at = std::find(names.begin(), names.end(), name);
+        EXPECT_NE(at, names.end()) << name;
+        return static_cast<double>(picture.image.at(static_cast<int>(at - names.begin()), 0, 0));
+    };
+    EXPECT_NEAR(plane("R"), m[1], 1e-5);
+    EXPECT_NEAR(plane("G"), m[4], 1e-5);
+    EXPECT_NEAR(plane("B"), m[7], 1e-5);
+    EXPECT_NEAR(plane("a.R"), 0.5 * m[1], 1e-5);
+    EXPECT_EQ(plane("Z"), 7.5);
+    EXPECT_EQ(picture.remarks.size(), 1U);
+    ReadOptions two;
+    two.planes = {"B", "R"};
+    EXPECT_NE(read_picture(folder_ / "a.exr", two).remarks.at(0).find("stay in them"), std::string::npos);
 }
 
 TEST_F(ColourProfile, MatricesKeepWhiteAndInvert) {

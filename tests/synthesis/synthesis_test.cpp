@@ -314,16 +314,21 @@ TEST(Synthesis, MarkovModelsThatAreNoFieldsGiveFiniteTextures) {
 }
 
 TEST(Synthesis, SaysWhatFitsWhenMemoryDoesNot) {
-    Device device;
+    DeviceOptions options;
+    options.memory_bytes = std::uint64_t{64} << 20;
+    Device device({}, options);
     const TextureModel model = texture_model(3, 1, 2);
     try {
-        Synthesiser(device, model, {1 << 20, 1 << 20});
+        Synthesiser(device, model, {16384, 16384});
         FAIL() << "not refused";
     } catch (const DeviceError& error) {
-        EXPECT_NE(error.asked().find("1048576x1048576"), std::string::npos) << error.what();
+        EXPECT_NE(error.asked().find("16384x16384"), std::string::npos) << error.what();
         EXPECT_NE(error.remedy().find("give a size up to about"), std::string::npos) << error.what();
     }
     EXPECT_THROW(Synthesiser(device, model, {(1 << 20) + 1, 8}), InputError);
+    // What no work group can transform, however few pixels there are.
+    EXPECT_THROW(Synthesiser(device, model, {8, 16385}), InputError);
+    EXPECT_NO_THROW(Synthesiser(device, model, {2, 16384}));
 }
 
 /// Known parameters → texture → least squares: every coefficient within 4 standard errors, Σ_ii [V_xx⁻¹]_pp /

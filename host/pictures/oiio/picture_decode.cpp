@@ -242,6 +242,30 @@ std::vector<Part> parts_of(OIIO::ImageInput& input) {
     return parts;
 }
 
+/// Colours of layers beside other planes: what a texture says of primaries would be said of all of its planes.
+void convert_layers(const Chromaticities& given, Picture& picture) {
+    const std::vector<std::array<int, 3>> layers = colour_layers(picture.image.names());
+    const std::optional<Matrix3> matrix = rec709_from(given);
+    if (layers.empty() || !matrix) {
+        picture.remarks.emplace_back(
+            "its primaries (chromaticities) are not Rec. 709, and planes stay in them");
+        return;
+    }
+    for (const std::array<int, 3>& planes : layers) {
+        Image colours(picture.image.size(), 3, ColourSpace::linear);
+        for (int p = 0; p < 3; ++p)
+            std::ranges::copy(picture.image.plane(planes.at(static_cast<std::size_t>(p))),
+                              colours.plane(p).begin());
+        transform(colours, *matrix);
+        for (int p = 0; p < 3; ++p)
+            std::ranges::copy(colours.plane(p),
+                              picture.image.plane(planes.at(static_cast<std::size_t>(p))).begin());
+    }
+    picture.remarks.emplace_back(
+        "its primaries (chromaticities) are not Rec. 709, and its colours were converted; textures are in "
+        "Rec. 709");
+}
+
 /// What is left when values have been read: primaries to convert, windows to tell of.
 void understand_exr(const OIIO::ImageSpec& spec, const ReadOptions& options, Picture& picture) {
     const std::optional<Chromaticities> given = chromaticities_of(spec);
@@ -260,6 +284,9 @@ void understand_exr(const OIIO::ImageSpec& spec, const ReadOptions& options, Pic
             }
         }
     }
+    const bool several = picture.image.planes() > 1 && picture.image.space() == ColourSpace::unspecified;
+    if (given && several && !options.keep_values && !same_primaries(*given, rec709))
+        convert_layers(*given, picture);
     if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
         spec.height != spec.full_height)
         picture.remarks.push_back("its data window, " + compact_size_text(spec.width, spec.height) +

@@ -535,7 +535,7 @@ void interpret(TIFF* tiff, Layout& layout, const ReadOptions& options, Picture& 
     switch (layout.photometric) {
         case PHOTOMETRIC_MINISWHITE:
             if (options.keep_values || !(layout.is_fraction() || layout.is_float())) return;
-            for (float& value : image.plane(0)) value = 1.0F - value;
+            for (float& value : image.values()) value = 1.0F - value;
             if (layout.is_float())
                 picture.remarks.emplace_back("its floats have white at 0, and became 1 - value");
             return;
