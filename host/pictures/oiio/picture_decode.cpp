@@ -242,7 +242,8 @@ std::vector<Part> parts_of(OIIO::ImageInput& input) {
     return parts;
 }
 
-/// Colours of layers beside other planes: what a texture says of primaries would be said of all of its planes.
+/// Colours of layers beside other planes: what a texture says of primaries would be said of all of its
+/// planes.
 void convert_layers(const Chromaticities& given, Picture& picture) {
     const std::vector<std::array<int, 3>> layers = colour_layers(picture.image.names());
     const std::optional<Matrix3> matrix = rec709_from(given);
