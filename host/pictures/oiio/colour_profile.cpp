@@ -58,7 +58,7 @@ std::string title_of(cmsHPROFILE profile) {
                            static_cast<cmsUInt32Number>(text.size() - 1));
     std::string title = valid_utf8(text.data());
     for (char& c : title)
-        if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
     return title.empty() ? "its colour profile" : "its colour profile '" + title + "'";
 }
 
