@@ -49,16 +49,8 @@ void add_joint(CLI::App& app, JointArguments& arguments) {
         ->delimiter(',')
         ->type_name("ROLE,...")
         ->group(group);
-    const std::string ways = detail::words_of<NormalConvention>("|");
-    const auto take = [&arguments, ways](const std::string& text) {
-        arguments.normals = detail::find_value<NormalConvention>(text);
-        if (!arguments.normals)
-            throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
-    };
-    app.add_option_function<std::string>(
-           "--convention", take,
-           "which way green points in the normal map: up or down (default: by its name, else opengl)")
-        ->type_name(ways)
+    add_choice(app, "--convention", arguments.normals,
+               "which way green points in the normal map: up or down (default: by its name, else opengl)")
         ->group(group);
 }
 

@@ -71,5 +71,16 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value, co
     };
     return app.add_option_function<std::string>(name, read, help)->type_name(words);
 }
+/// As above, and says whether the option was there.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, std::optional<Value>& value,
+                        const std::string& help) {
+    const std::string words = detail::words_of<Value>("|");
+    const auto read = [name, &value, words](const std::string& text) {
+        value = detail::find_value<Value>(text);
+        if (!value) throw CLI::ValidationError(name, "'" + text + "' is none of " + words);
+    };
+    return app.add_option_function<std::string>(name, read, help)->type_name(words);
+}
 
 }  // namespace btfield::cli

@@ -473,17 +473,8 @@ void add_synth(CLI::App& app, Action& action) {
         ->group(synthesis);
     command->add_flag("--profile", options->profile, "print the time of every kernel to standard error")
         ->group(synthesis);
-    const std::string ways = detail::words_of<NormalConvention>("|");
-    const auto take = [options, ways](const std::string& text) {
-        options->normals = detail::find_value<NormalConvention>(text);
-        if (!options->normals)
-            throw CLI::ValidationError("--convention", "'" + text + "' is none of " + ways);
-    };
-    command
-        ->add_option_function<std::string>(
-            "--convention", take,
-            "of materials: which way green points in the normal map, up or down (default: as it was read)")
-        ->type_name(ways)
+    add_choice(*command, "--convention", options->normals,
+               "of materials: which way green points in the normal map, up or down (default: as it was read)")
         ->group(synthesis);
     const std::string compound = "Compound models";
     command

@@ -148,6 +148,11 @@ PictureFormat checked_format(const std::filesystem::path& path, const std::strin
     return *format;
 }
 
+std::string file_content(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
 void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked) {
     // No codec packs this well (zlib: 1032, zstd runs: 32768), so the pixels cannot be there.
     constexpr double best_packing = 65536.0;

@@ -51,6 +51,9 @@ inline constexpr std::array<float, 8> xyz_chromaticities{1, 0, 0, 1, 0, 0, 1.0F 
 [[nodiscard]] PictureFormat checked_format(const std::filesystem::path& path, const std::string& asked,
                                            std::uintmax_t& bytes);
 
+/// All of a file; empty where it cannot be opened.
+[[nodiscard]] std::string file_content(const std::filesystem::path& path);
+
 /// A damaged header must not claim all memory.
 /// \param row_bytes  of the decoded picture
 /// \throws InputError when no codec could have packed so many pixels into the file.

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cstdint>
 #include <fstream>
-#include <iterator>
 #include <string_view>
 #include <vector>
 
@@ -188,11 +187,6 @@ Samples decode(std::string_view bytes, const std::optional<Crop>& asked_crop, Cr
     return samples;
 }
 
-std::string bytes_of(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 template <class T>
 void append_row(std::string& bytes, const Image& image, int row) {
     for (int c = 0; c < image.width(); ++c) {
@@ -207,13 +201,13 @@ void append_row(std::string& bytes, const Image& image, int row) {
 }  // namespace
 
 int pnm_maximum(const std::filesystem::path& path, const std::string& asked) {
-    const std::string bytes = bytes_of(path);
+    const std::string bytes = file_content(path);
     Scanner scanner(bytes, asked);
     return decode_header(scanner, Kind(bytes[1]), asked).maximum;
 }
 
 Picture read_pnm(const std::filesystem::path& path, const ReadOptions& options, const std::string& asked) {
-    const std::string bytes = bytes_of(path);
+    const std::string bytes = file_content(path);
     const Sequence sequence = pictures_in(bytes, asked);
     const int chosen = chosen_part(sequence.parts, options.part, asked);
     Crop part;

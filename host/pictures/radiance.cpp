@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -290,8 +289,7 @@ void append_runs(const std::vector<Pixel>& line, std::size_t channel, std::strin
 
 Picture read_radiance(const std::filesystem::path& path, const ReadOptions& options,
                       std::uintmax_t file_bytes, const std::string& asked) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    const std::string bytes = file_content(path);
     const RadianceHeader header = HeaderReader(bytes, asked).read();
     static_cast<void>(chosen_part({{{}, compact_text_of(header.stored), false}}, options.part, asked));
     check_packing(header.stored, 4.0 * header.stored.width, file_bytes, asked);

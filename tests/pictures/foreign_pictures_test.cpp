@@ -135,6 +135,22 @@ TEST_F(ForeignPictures, ProfilesOfNoKnownColoursArePassedOver) {
     }
 }
 
+TEST_F(ForeignPictures, TitlesOfProfilesAreShownWithoutTheirControlCharacters) {
+    std::string profile = test::profile_bytes(display_p3, 2.2);
+    const std::size_t title = profile.find(std::string("\0R\0G\0B", 6));
+    ASSERT_NE(title, std::string::npos);
+    profile[title + 1] = '\x7f';
+    profile[title + 3] = '\x1b';
+    write_picture(folder_ / "plain.jpg", test::sampled({8, 8}, 3, ColourSpace::srgb, PixelType::uint8));
+    const std::string head = std::string("ICC_PROFILE\0\1\1", 14);
+    const Picture picture =
+        read("a.jpg", test::with_segments(test::bytes_of(folder_ / "plain.jpg"), {{0xE2, head + profile}}));
+    ASSERT_EQ(picture.remarks.size(), 1U);
+    EXPECT_NE(picture.remarks[0].find("'"), std::string::npos) << picture.remarks[0];
+    for (const char c : picture.remarks[0])
+        EXPECT_TRUE(static_cast<unsigned char>(c) >= 0x20 && c != '\x7f') << picture.remarks[0];
+}
+
 TEST_F(ForeignPictures, JpegHeadersThatCannotBeAreRefused) {
     const std::string good = test::ink_jpeg({1, 2, 3, 4}, true);
     const std::size_t frame = good.find("\xff\xc0");

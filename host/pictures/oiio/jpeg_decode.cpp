@@ -3,8 +3,6 @@
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <new>
@@ -221,8 +219,7 @@ void apply_colours(Picture& picture, const JpegMarkers& markers, const Exif& exi
 
 /// The decoder pads what is missing with grey; so the end is looked for here.
 JpegMarkers jpeg_markers(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return MarkerReader({std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}).read();
+    return MarkerReader(file_content(path)).read();
 }
 
 }  // namespace

@@ -8,8 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <new>
 #include <optional>
@@ -339,11 +337,6 @@ struct Surroundings {
     std::string remark;
 };
 
-std::string bytes_of(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 /// A profile says more than code points do.
 Surroundings surroundings_of(const ContainerChunks& chunks, const std::string& asked) {
     Surroundings result;
@@ -358,8 +351,8 @@ Surroundings surroundings_of(const ContainerChunks& chunks, const std::string& a
 
 Surroundings surroundings_of(const std::filesystem::path& path, PictureFormat format, const PngChunks& chunks,
                              const std::string& asked) {
-    if (format == PictureFormat::webp) return surroundings_of(webp_chunks(bytes_of(path)), asked);
-    if (format == PictureFormat::heif) return surroundings_of(heif_chunks(bytes_of(path)), asked);
+    if (format == PictureFormat::webp) return surroundings_of(webp_chunks(file_content(path)), asked);
+    if (format == PictureFormat::heif) return surroundings_of(heif_chunks(file_content(path)), asked);
     Surroundings result;
     if (format == PictureFormat::png) {
         result.meaning = meaning_of(chunks, result.remark, asked);

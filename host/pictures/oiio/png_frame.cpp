@@ -4,8 +4,6 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -81,8 +79,7 @@ void keep(PngChunks& chunks, std::string_view name, std::string_view content) {
 }  // namespace
 
 std::string checked_png(const std::filesystem::path& path, const std::string& asked, PngChunks* chunks) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    const std::string bytes = file_content(path);
     const std::string_view all = bytes;
     constexpr std::size_t signature = 8;
     constexpr std::size_t head = 8;  // length, name
