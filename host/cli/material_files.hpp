@@ -27,7 +27,7 @@ struct JointArguments {
 /// --joint, --roles and --convention, of commands that fit.
 void add_joint(CLI::App& app, JointArguments& arguments);
 
-/// \throws UsageError when there are as many roles as pictures neither, or roles without --joint
+/// \throws UsageError when there are not as many roles as pictures, or roles or a convention without --joint
 void check_joint(const JointArguments& arguments, std::size_t pictures);
 
 /// A material as one picture, and where it comes from.
