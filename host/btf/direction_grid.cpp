@@ -194,7 +194,8 @@ std::vector<int> arrange(const std::vector<MeasuredPair>& given, const std::stri
     if (table)
         for (const auto& [is, what] :
              {std::pair(description.views.size(), "views"), std::pair(width, "lights")})
-            if (is < table->size())
+            // Far fewer are meant.
+            if (is < table->size() && 2 * is > table->size())
                 description.remarks.push_back(std::to_string(is) + " of the " +
                                               std::to_string(table->size()) + " " + what + " are there");
     return picture_of;

@@ -13,7 +13,9 @@
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
 #include "host/btf/direction_grid.hpp"
-#include "host/pictures/colour.hpp"
+#include "host/btf/picture_coding.hpp"
+#include "host/btf/side_file.hpp"
+#include "host/pictures/picture_format.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -32,11 +34,6 @@ std::string small_letters(std::string text) {
 bool is_jpeg(const fs::path& file) {
     const std::string extension = small_letters(file.extension().string());
     return extension == ".jpg" || extension == ".jpeg" || extension == ".jpe";
-}
-
-bool is_of_floats(const fs::path& file) {
-    const std::string extension = small_letters(file.extension().string());
-    return extension == ".exr" || extension == ".hdr";
 }
 
 bool may_be_picture(const fs::path& file) {
@@ -69,30 +66,6 @@ std::string format_of(const fs::path& file, const NamedAngles& angles, int plane
     return "pictures";
 }
 
-float power_decoded(float value, const std::vector<float>& table) {
-    const float place = std::clamp(value, 0.0F, 1.0F) * 65535.0F;
-    return table[static_cast<size_t>(std::lround(place))];
-}
-
-/// By 1/65535.
-template <typename Curve>
-std::vector<float> table_of_curve(const Curve& curve) {
-    std::vector<float> table(65536);
-    for (size_t i = 0; i < table.size(); ++i)
-        table[i] = static_cast<float>(curve(static_cast<double>(i) / 65535.0));
-    return table;
-}
-
-const std::vector<float>& srgb_table() {
-    static const std::vector<float> table = table_of_curve([](double x) { return srgb_decoded(x); });
-    return table;
-}
-
-const std::vector<float>& gamma_table() {
-    static const std::vector<float> table = table_of_curve([](double x) { return std::pow(x, 2.2); });
-    return table;
-}
-
 class PictureFolder : public BtfSource {
   public:
     PictureFolder(const fs::path& folder, const BtfOptions& options) : decoder_(options) {
@@ -107,6 +80,8 @@ class PictureFolder : public BtfSource {
             description_.bytes += each.bytes;
         }
         picture_of_ = arrange(pairs, asked, description_);
+        const SideFile side = read_side_file(folder);
+        decoder_.set_exposure(side.exposure);
         const Named& first = found_.front();
         const Image image = decoder_(read_picture(first.file, decoder_.reading(first.file)), first.file);
         description_.size = image.size();
@@ -114,7 +89,8 @@ class PictureFolder : public BtfSource {
         description_.space = image.space();
         description_.names = image.names();
         description_.format = format_of(first.file, first.angles, image.planes());
-        if (image.space() == ColourSpace::xyz) description_.white = 100.0;
+        description_.white = side.white.value_or(image.space() == ColourSpace::xyz ? 100.0 : 1.0);
+        if (!side.height.empty()) take_height(folder / side.height);
         for (Named& each : found_) files_.push_back(std::move(each.file));
         found_.clear();
     }
@@ -142,6 +118,28 @@ class PictureFolder : public BtfSource {
         std::uintmax_t bytes = 0;
     };
 
+    [[nodiscard]] static SideFile read_side_file(const fs::path& folder) {
+        std::error_code error;
+        const fs::path file = folder / side_file_name;
+        if (!fs::is_regular_file(file, error)) return {};
+        const std::string asked = "read '" + file.string() + "'";
+        if (fs::file_size(file, error) > (1U << 20U) || error)
+            throw InputError(asked, "it is no side file of a BTF", "remove it");
+        return parse_side_file(file_content(file), asked);
+    }
+
+    void take_height(const fs::path& file) {
+        ReadOptions reading;
+        reading.keep_values = true;
+        description_.height = read_picture(file, reading).image;
+        if (description_.height.size() != description_.size || description_.height.planes() != 1)
+            throw InputError("read '" + file.string() + "' for the range map of a BTF",
+                             "it has " + btfield::detail::text_of(description_.height.size()) +
+                                 " pixels and " + counted(description_.height.planes(), "plane") +
+                                 ", the pictures " + btfield::detail::text_of(description_.size),
+                             "give a map of one plane and their size");
+    }
+
     void list(const fs::path& folder, const std::string& asked) {
         std::error_code error;
         size_t others = 0;
@@ -152,7 +150,7 @@ class PictureFolder : public BtfSource {
             if (!may_be_picture(at->path()) || !at->is_regular_file(ignored)) continue;
             NamedAngles angles = angles_of_file(at->path());
             if (!angles.complete()) {
-                ++others;
+                if (at->path().filename() != height_file_name) ++others;
                 continue;
             }
             const std::uintmax_t bytes = at->file_size(ignored);
@@ -210,33 +208,6 @@ NamedAngles angles_of_name(std::string_view stem) {
         first > 0 && first < text.size() && std::isdigit(static_cast<unsigned char>(text.front())) != 0;
     angles.spaced = text.find(' ') != std::string::npos;
     return angles;
-}
-
-ReadOptions BtfDecoder::reading(const fs::path& file) const {
-    ReadOptions reading;
-    reading.keep_values = !(options_.coding == BtfCoding::automatic && is_of_floats(file));
-    return reading;
-}
-
-Image BtfDecoder::operator()(Picture picture, const fs::path& file) const {
-    Image image = std::move(picture.image);
-    const bool floats = picture.type == PixelType::half || picture.type == PixelType::float32;
-    BtfCoding coding = options_.coding;
-    if (coding == BtfCoding::automatic)
-        coding = floats ? BtfCoding::linear : is_jpeg(file) ? BtfCoding::gamma : BtfCoding::srgb;
-    if (coding == BtfCoding::srgb || coding == BtfCoding::gamma) {
-        const bool srgb = coding == BtfCoding::srgb;
-        const std::vector<float>& table = srgb ? srgb_table() : gamma_table();
-        for (float& value : image.values())
-            value = !floats ? power_decoded(value, table)
-                    : srgb  ? static_cast<float>(srgb_decoded(static_cast<double>(value)))
-                            : std::pow(std::max(value, 0.0F), 2.2F);
-        image.set_space(ColourSpace::linear);
-    }
-    if (image.space() != ColourSpace::xyz) image.set_space(ColourSpace::linear);
-    if (options_.space) image.set_space(*options_.space);
-    if (image.planes() != 3) image.set_space(ColourSpace::unspecified);
-    return image;
 }
 
 std::shared_ptr<const BtfSource> open_picture_folder(const fs::path& folder, const BtfOptions& options) {

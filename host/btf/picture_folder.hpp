@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "btfield/btf_set.hpp"
-#include "btfield/image_io.hpp"
 
 namespace btfield::detail {
 
@@ -25,19 +24,6 @@ struct NamedAngles {
 /// Reads tl, pl, tv and pv with a number behind each, in any order and any case; what parts them is any
 /// character but letters and digits, and a minus between key and number is its sign.
 [[nodiscard]] NamedAngles angles_of_name(std::string_view stem);
-
-/// From the numbers of a file to linear light.
-class BtfDecoder {
-  public:
-    explicit BtfDecoder(const BtfOptions& options) : options_(options) {}
-    /// What read_picture() is to do for a file of this name.
-    [[nodiscard]] ReadOptions reading(const std::filesystem::path& file) const;
-    /// The picture's values as linear light.
-    [[nodiscard]] Image operator()(Picture picture, const std::filesystem::path& file) const;
-
-  private:
-    BtfOptions options_;
-};
 
 /// \throws InputError as BtfSet::open()
 [[nodiscard]] std::shared_ptr<const BtfSource> open_picture_folder(const std::filesystem::path& folder,

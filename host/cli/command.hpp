@@ -26,6 +26,7 @@ void add_synth(CLI::App& app, Action& action);
 void add_roll(CLI::App& app, Action& action);
 void add_compound(CLI::App& app, Action& action);
 void add_relief(CLI::App& app, Action& action);
+void add_btf(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_experiment(CLI::App& app, Action& action);
 void add_kappa(CLI::App& app, Action& action);

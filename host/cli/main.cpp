@@ -138,6 +138,7 @@ void describe(CLI::App& app, cli::Action& action, bool& verbose) {
     cli::add_roll(app, action);
     cli::add_compound(app, action);
     cli::add_relief(app, action);
+    cli::add_btf(app, action);
     cli::add_info(app, action);
     cli::add_compare(app, action);
     cli::add_kappa(app, action);

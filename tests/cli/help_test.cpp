@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "btfield/height.hpp"
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/light_cases.hpp"
@@ -63,6 +64,7 @@ class CliHelp : public testing::Test {
         Image normals({48, 48}, 3);
         for (int p = 0; p < 3; ++p) std::ranges::fill(normals.plane(p), p == 2 ? 1.0F : 0.5F);
         write_picture(folder_ / "normal.png", normals, PixelType::uint16);
+        put_material();
         test::put_lights(folder_ / "stack", {24, 24}, 6, 1, PixelType::uint8, ".png");
         for (const char* name : {"models", "textures", "tiles", "best"}) fs::create_directory(folder_ / name);
         test::put_bytes(folder_ / "sand.json", R"({"pictures": [{"material": "sand", "files": ["sand.png"]}],
@@ -80,6 +82,22 @@ class CliHelp : public testing::Test {
     void put(const char* name, const char* picture) {
         const Picture whole = read_picture(data + picture, Crop{0, 0, 48, 48});
         write_picture(folder_ / name, whole.image, whole.type);
+    }
+
+    /// Maps of a small rock, and a BTF of two pictures.
+    void put_material() {
+        Image height({8, 8}, 1);
+        for (int r = 0; r < 8; ++r)
+            for (int c = 0; c < 8; ++c) height.at(0, r, c) = static_cast<float>((c % 4) * (r % 4)) / 4.0F;
+        write_picture(folder_ / "rock-height.png", encode_height(height, 8.0), PixelType::uint16);
+        write_picture(folder_ / "rock-normal.png",
+                      encode_normals(normals_of_slopes(slopes_of_height(height, SurfaceEdges::periodic))),
+                      PixelType::uint16);
+        const Image colour = read_picture(data + "/rock.png", Crop{0, 0, 8, 8}).image;
+        write_picture(folder_ / "rock-albedo.png", colour, PixelType::uint8);
+        fs::create_directory(folder_ / "set");
+        for (const char* name : {"tl000_pl000_tv000_pv000.png", "tl045_pl020_tv000_pv000.png"})
+            write_picture(folder_ / "set" / name, colour, PixelType::uint8);
     }
 
     /// As a shell in the folder runs it, the command being the one that was built.

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "btfield/btf_output.hpp"
+#include "btfield/btf_set.hpp"
+#include "host/base/names.hpp"
+
+namespace btfield::detail {
+
+template <>
+struct Names<BtfFormat> {
+    static constexpr std::string_view what = "format of a BTF";
+    static constexpr auto words = std::to_array<Word<BtfFormat>>({{BtfFormat::utia, "utia"},
+                                                                  {BtfFormat::ubo2003, "ubo2003"},
+                                                                  {BtfFormat::atrium, "atrium"},
+                                                                  {BtfFormat::spectral, "spectral"}});
+};
+
+template <>
+struct Names<BtfCoding> {
+    static constexpr std::string_view what = "coding of values";
+    static constexpr auto words = std::to_array<Word<BtfCoding>>({{BtfCoding::automatic, "auto"},
+                                                                  {BtfCoding::srgb, "srgb"},
+                                                                  {BtfCoding::gamma, "gamma"},
+                                                                  {BtfCoding::linear, "linear"}});
+};
+
+}  // namespace btfield::detail

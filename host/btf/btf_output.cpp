@@ -1,0 +1,88 @@
+#include "btfield/btf_output.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "btfield/error.hpp"
+#include "host/base/file_output.hpp"
+#include "host/base/parallel.hpp"
+#include "host/btf/btf_names.hpp"
+#include "host/btf/picture_coding.hpp"
+#include "host/btf/side_file.hpp"
+
+namespace btfield {
+
+using namespace detail;
+
+namespace {
+
+namespace fs = std::filesystem;
+using std::size_t;
+
+std::string asked_of(const fs::path& path) {
+    return "write the BTF '" + path.string() + "'";
+}
+
+void make_folder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+        throw InputError("make the folder '" + folder.string() + "'", error.message(),
+                         "choose a place that you may write to");
+}
+
+/// Pictures that are written between two calls of progress.
+constexpr size_t pictures_at_once = 64;
+
+}  // namespace
+
+std::string_view name(BtfFormat format) {
+    return word_of(format);
+}
+
+void check_btf_output(const fs::path& path, const BtfDescription& set, const BtfWriteOptions& options) {
+    const BtfEncoder encoder(set, options, asked_of(path));
+    std::error_code error;
+    if (fs::exists(path, error) && !fs::is_directory(path, error))
+        throw InputError(asked_of(path), "a file has that name", "give the name of a folder");
+    if (fs::is_directory(path, error)) check_output(path / side_file_name, asked_of(path));
+}
+
+BtfWriteReport write_btf(const fs::path& path, const BtfSet& set, const BtfWriteOptions& options) {
+    check_btf_output(path, set.description(), options);
+    const BtfEncoder encoder(set.description(), options, asked_of(path));
+    make_folder(path);
+    write_side_file(path, set.description(), options.exposure);
+    const std::vector<BtfPair> pairs = set.pictures();
+    std::vector<std::uintmax_t> clamped(pairs.size()), bytes(pairs.size());
+    for (size_t v = 0; v < set.views().size(); ++v) {
+        const fs::path folder = path / encoder.name(set.views()[v], set.lights()[0], 0).parent_path();
+        make_folder(folder);
+    }
+    for (size_t first = 0; first < pairs.size(); first += pictures_at_once) {
+        const size_t count = std::min(pictures_at_once, pairs.size() - first);
+        for_each_block(static_cast<int>(count), [&](int i) {
+            const size_t at = first + static_cast<size_t>(i);
+            const auto [v, l] = pairs[at];
+            const fs::path file =
+                path / encoder.name(set.views()[static_cast<size_t>(v)], set.light(v, l),
+                                    static_cast<size_t>(v) * set.lights().size() + static_cast<size_t>(l));
+            const std::string asked = "write '" + file.string() + "'";
+            FileOutput output(file, asked);
+            clamped[at] = encoder.write(output.temporary(), set.picture(v, l), asked);
+            output.commit(false);
+            std::error_code error;
+            const std::uintmax_t size = fs::file_size(file, error);
+            bytes[at] = error ? 0 : size;
+        });
+        if (options.progress) options.progress(first + count, pairs.size());
+    }
+    return {pairs.size(), std::accumulate(bytes.begin(), bytes.end(), std::uintmax_t{0}),
+            std::accumulate(clamped.begin(), clamped.end(), std::uintmax_t{0})};
+}
+
+}  // namespace btfield

@@ -1,0 +1,15 @@
+#include "host/cli/btf_parts.hpp"
+#include "host/cli/command_text.hpp"
+
+namespace btfield::cli {
+
+void add_btf(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("btf", "materials under any view and light");
+    command->require_subcommand(1);
+    set_guide(*command, {.usual = {{"btfield btf info set/"}}});
+    add_btf_make(*command, action);
+    add_btf_info(*command, action);
+    for (CLI::App* each : command->get_subcommands({})) each->fallthrough();
+}
+
+}  // namespace btfield::cli

@@ -1,0 +1,51 @@
+#pragma once
+
+/// \file
+/// Commands below `btf`, a file for each, and what they have in common.
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "btfield/btf_output.hpp"
+#include "btfield/btf_set.hpp"
+#include "host/cli/command.hpp"
+#include "host/cli/report.hpp"
+
+namespace btfield::cli {
+
+void add_btf_info(CLI::App& parent, Action& action);
+void add_btf_make(CLI::App& parent, Action& action);
+void add_btf_convert(CLI::App& parent, Action& action);
+
+/// --coding, --colour, --crop, --pixel-stride, --view-stride, --light-stride, of commands that read a set.
+void add_btf_reading(CLI::App& app, BtfOptions& options);
+
+/// Opens a set and warns of what may surprise.
+[[nodiscard]] BtfSet open_told(const std::string& path, const BtfOptions& options);
+
+/// format, size, planes, views, lights, pictures, missing, duplicates, colour, white, bytes.
+[[nodiscard]] Json set_json(const BtfSet& set);
+/// The same for people, several lines.
+[[nodiscard]] std::string set_text(const BtfSet& set);
+
+/// "THETA,PHI" in degrees, as --view and --light have them: theta from 0, below 90.
+[[nodiscard]] std::optional<BtfDirection> parse_direction(const std::string& text);
+
+/// What commands that write a set are told.
+struct BtfWritingArguments {
+    std::string output;
+    BtfWriteOptions how;
+    bool overwrite = false;
+};
+/// -o, --format, --type, --exposure, --overwrite.
+void add_btf_writing(CLI::App& app, BtfWritingArguments& arguments);
+/// Refuses an output that is there and not empty, unless it may be overwritten, one that is or holds an
+/// input, and what check_btf_output() refuses.
+void check_btf_writing(const BtfWritingArguments& arguments, const std::vector<std::string>& inputs,
+                       const BtfDescription& set);
+/// With progress on a terminal.
+[[nodiscard]] BtfWriteReport write_told(const BtfWritingArguments& arguments, const BtfSet& set);
+
+}  // namespace btfield::cli

@@ -1,0 +1,158 @@
+// `btfield btf` as users' scripts see it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+
+#include "btfield/btf_set.hpp"
+#include "btfield/height.hpp"
+#include "btfield/image_io.hpp"
+#include "tests/cli_cases.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace btfield {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::btfield;
+using test::expect_failure;
+using test::expect_keys;
+using test::expect_object;
+using test::expect_seconds;
+using test::Words;
+
+void put(const fs::path& path, const Image& image, PixelType type) {
+    WriteOptions how;
+    how.source = type;
+    how.type = type;
+    how.keep_values = true;
+    static_cast<void>(write_picture(path, image, how));
+}
+
+/// Waves of 24 x 16 pixels as colour.png, normal.png, height.png and height.exr, and a few directions.
+class CliBtf : public testing::Test {
+  protected:
+    CliBtf() {
+        Image height({16, 24}, 1), colour({16, 24}, 3, ColourSpace::srgb);
+        for (int r = 0; r < 16; ++r)
+            for (int c = 0; c < 24; ++c) {
+                height.at(0, r, c) =
+                    static_cast<float>(1.5 * std::cos(2.0 * std::numbers::pi * (c / 24.0 + r / 8.0)));
+                for (int p = 0; p < 3; ++p)
+                    colour.at(p, r, c) = 0.6F + 0.02F * static_cast<float>((r + c + p) % 8);
+            }
+        put(at("height.exr"), height, PixelType::float32);
+        put(at("height.png"), encode_height(height, 4.0), PixelType::uint16);
+        put(at("normal.png"),
+            encode_normals(normals_of_slopes(slopes_of_height(height, SurfaceEdges::periodic))),
+            PixelType::uint16);
+        put(at("colour.png"), colour, PixelType::uint8);
+        test::put_bytes(at("directions.txt"),
+                        "# a few\nview 0 0\n45 60  # both\n\nview 67.5 -90\nlight 0 0\n");
+    }
+    [[nodiscard]] std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
+    [[nodiscard]] Words make(const std::string& set, Words more = {}) const {
+        Words words{"btf", "make",  at("colour.png"), at("normal.png"),    at("height.png"),
+                    "-o",  at(set), "--directions",   at("directions.txt")};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    }
+    test::TemporaryFolder folder_;
+};
+
+TEST_F(CliBtf, MadeSetsAreReadAsTheyWereMade) {
+    Words words = make("set");
+    const json made = expect_object(words);
+    expect_keys(made,
+                {"format", "size", "views", "lights", "missing", "duplicates", "colour", "bytes", "planes",
+                 "pictures", "output", "exposure", "clamped_pixels", "relief", "height_scale", "device"});
+    expect_seconds(made, {"setup", "write", "total"});
+    EXPECT_EQ(made["size"], json::array({24, 16}));
+    EXPECT_EQ(made["views"], 3);
+    EXPECT_EQ(made["lights"], 2);
+    // The height's scale comes from the normals.
+    EXPECT_NEAR(made["height_scale"].get<double>(), 4.0, 0.01);
+    EXPECT_NEAR(made["relief"].get<double>(), 3.0, 0.02);
+    EXPECT_TRUE(fs::is_regular_file(at("set/tv067.5_pv270/tl045_pl060_tv067.5_pv270.png")));
+
+    const json info = expect_object({"btf", "info", at("set")});
+    expect_keys(info, {"format", "size", "views", "lights", "missing", "duplicates", "colour", "bytes"});
+    EXPECT_EQ(info["format"], "utia");
+    EXPECT_EQ(info["pictures"], 6);
+    EXPECT_EQ(info["missing"], 0);
+    EXPECT_EQ(info["duplicates"], 0);
+    EXPECT_EQ(info["colour"], "linear");
+    EXPECT_EQ(info["height"], true);
+    EXPECT_EQ(info["bytes"], made["bytes"]);
+
+    const BtfSet set = BtfSet::open(at("set"));
+    EXPECT_NEAR(set.description().height.at(0, 0, 0), 1.5, 0.01);
+    const Image above = set.picture(0, 0);
+    EXPECT_GT(above.at(0, 3, 3), 0.2F);
+}
+
+TEST_F(CliBtf, FloatsAndExposureKeepTheLight) {
+    static_cast<void>(expect_object(make("png")));
+    const json made = expect_object(make("exr", {"--type", "float", "--exposure", "0.25"}));
+    EXPECT_EQ(made["exposure"], 0.25);
+    const BtfSet eight = BtfSet::open(at("png")), floats = BtfSet::open(at("exr"));
+    EXPECT_EQ(floats.space(), ColourSpace::linear);
+    for (const BtfPair& pair : eight.pictures()) {
+        const Image a = eight.picture(pair.view, pair.light), b = floats.picture(pair.view, pair.light);
+        for (std::size_t i = 0; i < a.values().size(); ++i)
+            // Half a step of 8 bits of sRGB, at its steepest.
+            ASSERT_NEAR(a.values()[i], std::min(b.values()[i], 1.0F), 0.5 * 2.3 / 255.0);
+    }
+}
+
+TEST_F(CliBtf, MapsTellWhatOthersDoNot) {
+    // Without a height map: that of the normals; without normals: those of the height.
+    const json normals = expect_object({"btf", "make", at("colour.png"), at("normal.png"), "-o", at("a"),
+                                        "--directions", at("directions.txt")});
+    EXPECT_NEAR(normals["relief"].get<double>(), 3.0, 0.05);
+    const json height =
+        expect_object({"btf", "make", at("colour.png"), at("height.png"), "-o", at("b"), "--relief",
+                       "0.1666666", "--directions", at("directions.txt"), "--matt"});
+    EXPECT_NEAR(height["relief"].get<double>(), 3.0, 0.02);
+    const json pixels = expect_object({"btf", "make", at("colour.png"), at("height.exr"), "-o", at("c"),
+                                       "--shrink", "2", "--directions", at("directions.txt")});
+    EXPECT_EQ(pixels["size"], json::array({12, 8}));
+    EXPECT_NEAR(pixels["relief"].get<double>(), 1.5, 0.4);
+    EXPECT_NE(btfield({"btf", "info", at("c")}).out.find("3 views x 2 lights"), std::string::npos);
+}
+
+TEST_F(CliBtf, WhatCannotBeMadeIsOneLine) {
+    expect_failure({"btf", "make", at("colour.png"), at("height.png"), "-o", at("x")}, 1,
+                   "nothing tells how high the height map is");
+    expect_failure({"btf", "make", at("normal.png"), "-o", at("x")}, 1, "none of the maps is colour");
+    expect_failure({"btf", "make", at("colour.png"), "-o", at("x")}, 1,
+                   "none of the maps is normal or height");
+    expect_failure(make("x", {"--roughness", "2"}), 1, "roughness is 2");
+    expect_failure(make("x", {"--roles", "colour"}), 2, "there are 1 for 3 maps");
+    expect_failure(make("x", {"--format", "ubo2003", "--type", "half"}), 1, "JPEG cannot hold half");
+    test::put_bytes(at("bad.txt"), "0 0\n95 0\n");
+    expect_failure(
+        {"btf", "make", at("colour.png"), at("normal.png"), "-o", at("x"), "--directions", at("bad.txt")}, 1,
+        "line 2");
+    expect_failure(
+        {"btf", "make", at("colour.png"), at("normal.png"), "-o", at("x"), "--directions", at("none.txt")}, 1,
+        "it cannot be opened");
+    EXPECT_FALSE(fs::exists(at("x")));
+    expect_failure({"btf", "info", at("nowhere")}, 1, "there is no such file or folder");
+    fs::create_directories(at("full"));
+    test::put_bytes(at("full/letter.txt"), "mine");
+    expect_failure(make("full"), 1, "the folder is not empty");
+    static_cast<void>(expect_object(make("full", {"--overwrite"})));
+    test::put_bytes(at("full/btf.json"), R"({"format": "btfield-btf", "version": 1, "exposure": 0})");
+    expect_failure({"btf", "info", at("full")}, 1, "its 'exposure' is no number above 0");
+    test::put_bytes(at("full/btf.json"), R"({"format": "btfield-btf", "version": 2})");
+    expect_failure({"btf", "info", at("full")}, 1, "its version is not 1");
+}
+
+}  // namespace
+}  // namespace btfield
