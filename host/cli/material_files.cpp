@@ -7,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "btfield/material.hpp"
 #include "host/base/file_output.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/modelled_picture.hpp"
 #include "host/cli/options.hpp"
@@ -95,13 +96,16 @@ JointPicture read_joint(Device& device, const std::vector<std::string>& files,
     return result;
 }
 
-MaterialFiles::MaterialFiles(const Provenance& provenance, fs::path folder, const WritingArguments& writing,
-                             std::optional<NormalConvention> normals)
+MaterialFiles::MaterialFiles(const Provenance& provenance, const fs::path& model, fs::path folder,
+                             const WritingArguments& writing, std::optional<NormalConvention> normals,
+                             ExportArguments exports)
     : maps_(provenance.maps),
       limits_(provenance.limits),
+      model_(detail::valid_utf8(model.filename().string())),
       folder_(std::move(folder)),
       writing_(writing),
-      normals_(normals) {}
+      normals_(normals),
+      exports_(std::move(exports)) {}
 
 PixelType MaterialFiles::type_of(const MaterialMap& map) const {
     const bool floats = writing_.type == PixelType::half || writing_.type == PixelType::float32;
@@ -136,7 +140,7 @@ void MaterialFiles::check(const std::vector<fs::path>& names) const {
 
 std::uintmax_t MaterialFiles::write(Device& device, const std::vector<fs::path>& names, const Image& texture,
                                     SurfaceEdges edges, const std::optional<Crop>& window,
-                                    WrittenRemarks& remarks) const {
+                                    const ExportedMaterial& material, WrittenRemarks& remarks) const {
     std::vector<Image> images = split_maps(device, maps_, texture, edges);
     std::uintmax_t clamped = 0;
     std::size_t plane = 0;
@@ -159,8 +163,85 @@ std::uintmax_t MaterialFiles::write(Device& device, const std::vector<fs::path>&
         const WriteReport report = write_picture(names[m], image, how);
         clamped += report.clamped_pixels;
         remarks.add(names[m], report);
+        if (map.role == MapRole::normal && convention(map) == NormalConvention::directx)
+            for (float& green : image.plane(1)) green = 1.0F - green;
     }
+    write_pictures(material, images);
     return clamped;
+}
+
+ExportedMaterial MaterialFiles::exported(std::optional<int> number, int count, Size size,
+                                         bool tileable) const {
+    const std::vector<fs::path> files = names(number, count);
+    const fs::path stem = fs::path(model_).stem();
+    ExportedMaterial material{.model = model_,
+                              .name = number ? numbered(stem, *number, count).string() : stem.string(),
+                              .size = size,
+                              .tileable = tileable,
+                              .pixel_size = exports_.pixel_size,
+                              .maps = {}};
+    for (std::size_t m = 0; m < maps_.size(); ++m) {
+        const MaterialMap& map = maps_[m];
+        ExportedMap& each = material.maps.emplace_back();
+        each.file = files[m].filename().string();
+        each.role = map.role;
+        each.planes = map.role == MapRole::normal ? 3 : map.planes;
+        const PixelType type = type_of(map);
+        each.floats = type == PixelType::half || type == PixelType::float32;
+        each.directx = map.role == MapRole::normal && convention(map) == NormalConvention::directx;
+        if (map.role == MapRole::height) each.scale = each.floats && map.scale > 0.0 ? 1.0 : map.scale;
+    }
+    return material;
+}
+
+MaterialFiles::Exports MaterialFiles::exports(std::optional<int> number, int count) const {
+    Exports files;
+    const ExportedMaterial material = exported(number, count, {1, 1}, false);
+    if (exports_.wants(MaterialExport::gltf)) {
+        files.texts.push_back(folder_ / (material.name + ".gltf"));
+        files.texts.push_back(folder_ / (material.name + ".bin"));
+        const GltfPictures pictures = gltf_pictures(material);
+        for (const std::string& file : {pictures.colour, pictures.normal, pictures.packed})
+            if (!file.empty()) files.pictures.push_back(folder_ / file);
+    }
+    if (exports_.wants(MaterialExport::blender)) files.texts.push_back(folder_ / (material.name + ".py"));
+    return files;
+}
+
+void MaterialFiles::write_pictures(const ExportedMaterial& material, const std::vector<Image>& images) const {
+    if (!exports_.wants(MaterialExport::gltf)) return;
+    const GltfPictures pictures = gltf_pictures(material);
+    const auto write = [&](const std::string& file, const Image& image, PixelType type, bool keep) {
+        WriteOptions how;
+        how.source = type;
+        how.type = type;
+        how.keep_values = keep;
+        static_cast<void>(write_picture(folder_ / file, image, how));
+    };
+    const auto image_of = [&](MapRole role) -> const Image& {
+        return images[static_cast<std::size_t>(material.find(role) - material.maps.data())];
+    };
+    if (!pictures.colour.empty()) write(pictures.colour, image_of(MapRole::colour), PixelType::uint8, false);
+    if (!pictures.normal.empty()) write(pictures.normal, image_of(MapRole::normal), PixelType::uint16, true);
+    if (!pictures.packed.empty())
+        write(pictures.packed, packed_for_gltf(material, images), PixelType::uint8, true);
+}
+
+std::vector<std::string> MaterialFiles::write_exports(const ExportedMaterial& material) const {
+    std::vector<std::string> remarks;
+    const auto write = [&](const char* extension, const std::string& bytes) {
+        const fs::path file = folder_ / (material.name + extension);
+        detail::write_file(file, bytes, "write '" + file.string() + "'");
+    };
+    if (exports_.wants(MaterialExport::gltf)) {
+        const GltfFiles files = gltf_files(material);
+        write(".bin", files.buffer);
+        write(".gltf", files.text);
+        for (const std::string& file : left_out_of_gltf(material))
+            remarks.push_back("'" + file + "' is not in the glTF file, which has no place for it");
+    }
+    if (exports_.wants(MaterialExport::blender)) write(".py", blender_program(material));
+    return remarks;
 }
 
 void MaterialFiles::write_side_file(Size size, bool tileable) const {
@@ -184,6 +265,7 @@ void MaterialFiles::write_side_file(Size size, bool tileable) const {
     Json object;
     object["size"] = size_json(size);
     object["tileable"] = tileable;
+    if (exports_.pixel_size) object["pixel_size_mm"] = *exports_.pixel_size;
     object["axes"] = "x right, y up, z to the viewer";
     object["slopes"] = "central differences";
     object["maps"] = std::move(all);

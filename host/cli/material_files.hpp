@@ -13,6 +13,7 @@
 #include "btfield/height.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/models.hpp"
+#include "host/cli/material_export.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/run_files.hpp"
 
@@ -44,32 +45,49 @@ struct JointPicture {
 class MaterialFiles {
   public:
     /// \param normals  how they are written; nothing: as they were read
-    MaterialFiles(const Provenance& provenance, std::filesystem::path folder, const WritingArguments& writing,
-                  std::optional<NormalConvention> normals);
+    /// \param model  its file, whose name exports have
+    MaterialFiles(const Provenance& provenance, const std::filesystem::path& model,
+                  std::filesystem::path folder, const WritingArguments& writing,
+                  std::optional<NormalConvention> normals, ExportArguments exports);
 
     /// Names of one texture's maps, after those of the maps that the model was fitted to.
     /// \param number  of a texture among `count`; nothing: the only one
     [[nodiscard]] std::vector<std::filesystem::path> names(std::optional<int> number, int count) const;
+    /// Of --export: files that tie one texture's maps together, and pictures that they need beside the maps.
+    struct Exports {
+        std::vector<std::filesystem::path> texts, pictures;
+    };
+    [[nodiscard]] Exports exports(std::optional<int> number, int count) const;
     /// What they have in common, as JSON.
     [[nodiscard]] std::filesystem::path side_file() const { return folder_ / "material.json"; }
     /// \throws what write_picture() would throw for these names
     void check(const std::vector<std::filesystem::path>& names) const;
     /// \param window  in the texture; of all of it, its edges: periodic where it tiles
+    /// \param material  of these maps
     /// \returns number of pixels that were clamped in any map
     std::uintmax_t write(Device& device, const std::vector<std::filesystem::path>& names,
                          const Image& texture, SurfaceEdges edges, const std::optional<Crop>& window,
-                         WrittenRemarks& remarks) const;
+                         const ExportedMaterial& material, WrittenRemarks& remarks) const;
     void write_side_file(Size size, bool tileable) const;
+    /// Files of exports(), but for the pictures that write() has written.
+    /// \returns what they leave out, one sentence each
+    [[nodiscard]] std::vector<std::string> write_exports(const ExportedMaterial& material) const;
+    /// As exports tell of it.
+    [[nodiscard]] ExportedMaterial exported(std::optional<int> number, int count, Size size,
+                                            bool tileable) const;
 
   private:
+    void write_pictures(const ExportedMaterial& material, const std::vector<Image>& images) const;
     [[nodiscard]] PixelType type_of(const MaterialMap& map) const;
     [[nodiscard]] NormalConvention convention(const MaterialMap& map) const;
 
     std::vector<MaterialMap> maps_;
     std::vector<PlaneLimits> limits_;
+    std::string model_;
     std::filesystem::path folder_;
     WritingArguments writing_;
     std::optional<NormalConvention> normals_;
+    ExportArguments exports_;
 };
 
 }  // namespace btfield::cli

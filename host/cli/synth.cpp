@@ -14,9 +14,11 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/synthesis.hpp"
+#include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/material_export.hpp"
 #include "host/cli/material_files.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
@@ -41,6 +43,7 @@ struct SynthArguments {
     SynthesisOptions synthesis;
     WritingArguments writing;
     std::optional<NormalConvention> normals;
+    ExportArguments exports;
     bool profile = false, overwrite = false, json = false;
 };
 
@@ -51,7 +54,7 @@ struct SynthJob {
     Size size;
     Size plane;  ///< that is grown; larger where textures are windows of it
     std::optional<Offset> offset;
-    std::vector<fs::path> outputs, labels_outputs;
+    std::vector<fs::path> outputs, labels_outputs, exports;
     std::optional<MaterialFiles> material;  ///< outputs are its maps, texture by texture
     std::optional<ControlField> control;
     std::vector<double> shares;  ///< of a compound model's regions, summed over textures
@@ -124,6 +127,25 @@ void set_model(const SynthArguments& options, SynthJob& job, TextureModel model)
     job.model = std::move(model);
 }
 
+bool is_picture(const fs::path& file) {
+    return lower_extension(file) == ".png";
+}
+
+/// One texture's maps, and what --export adds.
+void check_exports(SynthJob& job, std::optional<int> number, int count,
+                   const std::vector<fs::path>& outputs) {
+    job.material->check(outputs);
+    const MaterialFiles::Exports exports = job.material->exports(number, count);
+    for (const fs::path& file : exports.pictures) {
+        check_writable(file, 3, PixelType::uint8, PixelType::uint8);
+        job.exports.push_back(file);
+    }
+    for (const fs::path& file : exports.texts) {
+        detail::check_output(file, "write '" + file.string() + "'");
+        job.exports.push_back(file);
+    }
+}
+
 /// Reads and checks all models and all names of outputs, before any work is done.
 std::vector<SynthJob> plan(const SynthArguments& options) {
     const bool folder =
@@ -153,9 +175,13 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
         std::visit([&](const auto& model) { files.reads_model(file, model.provenance); }, job.model);
         if (!provenance_of(job).maps.empty()) {
             static_cast<void>(is_output_folder("--output", options.output, "the maps of a material"));
-            job.material.emplace(provenance_of(job), options.output, options.writing, options.normals);
-        } else if (options.normals) {
-            throw UsageError("--convention: '" + file + "' is no model of a material's maps");
+            job.material.emplace(provenance_of(job), file, options.output, options.writing, options.normals,
+                                 options.exports);
+        } else if (options.normals || !options.exports.formats.empty() || options.exports.pixel_size) {
+            throw UsageError(std::string(options.normals                   ? "--convention"
+                                         : options.exports.formats.empty() ? "--pixel-size"
+                                                                           : "--export") +
+                             ": '" + file + "' is no model of a material's maps");
         }
         const fs::path output =
             folder ? options.output / fs::path(file).stem().concat(extension(job)) : fs::path(options.output);
@@ -167,7 +193,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
                 if (!names.insert(each).second)
                     throw UsageError("two models would have the texture '" + each.string() + "'");
             if (job.material)
-                job.material->check(outputs);
+                check_exports(job, options.count ? std::optional(i) : std::nullopt, count, outputs);
             else
                 check_writable(output, planes_of(job), type_of(job), options.writing.type);
             job.outputs.insert(job.outputs.end(), outputs.begin(), outputs.end());
@@ -184,6 +210,8 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
         for (const fs::path& output : job.outputs) files.writes(output);
         for (const fs::path& labels : job.labels_outputs) files.writes(labels);
         if (job.material) files.writes_text(job.material->side_file());
+        for (const fs::path& file : job.exports)
+            is_picture(file) ? files.writes(file) : files.writes_text(file);
     }
     return jobs;
 }
@@ -197,23 +225,31 @@ Grower whole_plane(Device& device, SynthJob& job, const auto& model, const Optio
     return Grower(device, model, job.plane, rest...);
 }
 
-void write_maps(Device& device, SynthJob& job, std::size_t number, const Image& texture) {
+void write_maps(Device& device, const SynthArguments& options, SynthJob& job, std::size_t number,
+                const Image& texture) {
     const std::size_t each = job.outputs.size() / job.seeds.size();
     const auto first = job.outputs.begin() + static_cast<std::ptrdiff_t>(number * each);
     const std::vector<fs::path> names(first, first + static_cast<std::ptrdiff_t>(each));
     const bool endless = job.tileable || job.offset;
     std::optional<Crop> window;
     if (job.offset) window = Crop{job.offset->column, job.offset->row, job.size.width, job.size.height};
-    job.clamped_pixels += job.material->write(
-        device, names, texture, endless ? SurfaceEdges::periodic : SurfaceEdges::mirror, window, job.remarks);
+    const ExportedMaterial material =
+        job.material->exported(options.count ? std::optional(static_cast<int>(number)) : std::nullopt,
+                               options.count.value_or(1), job.size, job.tileable);
+    job.clamped_pixels +=
+        job.material->write(device, names, texture, endless ? SurfaceEdges::periodic : SurfaceEdges::mirror,
+                            window, material, job.remarks);
     if (number == 0) job.material->write_side_file(job.size, job.tileable);
+    const std::vector<std::string> left_out = job.material->write_exports(material);
+    if (number == 0)
+        for (const std::string& remark : left_out) warn(remark);
 }
 
 void write_texture(Device& device, const SynthArguments& options, SynthJob& job, std::size_t number,
                    const Image& texture) {
     const Stopwatch writing;
     if (job.material) {
-        write_maps(device, job, number, texture);
+        write_maps(device, options, job, number, texture);
         job.write += writing.seconds();
         return;
     }
@@ -340,6 +376,11 @@ Json job_json(const SynthJob& job, const Device& device) {
     seconds["total"] = job.total;
     Json object;
     object["outputs"] = std::move(outputs);
+    if (!job.exports.empty()) {
+        Json exports = Json::array();
+        for (const fs::path& file : job.exports) exports.push_back(file.string());
+        object["exports"] = std::move(exports);
+    }
     object["size"] = size_json(job.size);
     object["seeds"] = job.seeds;
     if (job.offset) {
@@ -366,6 +407,8 @@ std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& 
                 detail::counted(job.outputs.size(), "map");
     else if (count > 1)
         text += " to " + job.outputs.back().filename().string() + ", " + detail::counted(count, "texture");
+    for (std::size_t i = 0; i < job.exports.size() / count; ++i)
+        text += ", " + job.exports[i].filename().string();
     text += ": " + detail::text_of(job.size) + " pixels, " + detail::counted(planes_of(job), "plane") +
             ", seed " + std::to_string(job.seeds.front());
     if (count > 1) text += " to " + std::to_string(job.seeds.back());
@@ -476,6 +519,7 @@ void add_synth(CLI::App& app, Action& action) {
     add_choice(*command, "--convention", options->normals,
                "of materials: which way green points in the normal map, up or down (default: as it was read)")
         ->group(synthesis);
+    add_exports(*command, options->exports);
     const std::string compound = "Compound models";
     command
         ->add_option(
@@ -499,6 +543,8 @@ void add_synth(CLI::App& app, Action& action) {
                    {"btfield synth cork.json -o variant.png --count 16", "variant-00.png to variant-15.png"}},
          .more = {{"btfield synth models/*.json -o textures/"},
                   {"btfield synth bark.json -o bark/ --size 2048", "all maps of 'btfield fit --joint'"},
+                  {"btfield synth bark.json -o bark/ --export blender,gltf --pixel-size 0.5",
+                   "and bark.py, which builds the material in Blender, and bark.gltf"},
                   {"btfield synth bark.btfm -o bark.png --save-labels labels.png"},
                   {"btfield synth bark.btfm -o painted.png --control labels.png"},
                   {"btfield synth cork.json -o part.png --size 512 --offset 1536,0 --period 4096",

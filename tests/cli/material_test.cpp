@@ -7,8 +7,8 @@
 #include "btfield/height.hpp"
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
-#include "tests/device_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/material_cases.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -21,21 +21,7 @@ using test::Words;
 
 class CliMaterial : public testing::Test {
   protected:
-    void SetUp() override {
-        const Image noise = test::mixed_texture({64, 64}, 4, 3);
-        Image colour({64, 64}, 3, ColourSpace::srgb), height({64, 64}, 1);
-        for (std::size_t i = 0; i < area(height.size()); ++i) {
-            height.plane(0)[i] = noise.plane(3)[i];
-            for (int p = 0; p < 3; ++p) colour.plane(p)[i] = 0.4F + 0.05F * noise.plane(p)[i];
-        }
-        const Image normals = normals_of_slopes(slopes_of_height(height, SurfaceEdges::mirror));
-        WriteOptions how;
-        how.type = PixelType::uint16;
-        how.keep_values = true;
-        write_picture(folder_ / "s_albedo.png", colour, how);
-        write_picture(folder_ / "s_normal.png", encode_normals(normals), how);
-        write_picture(folder_ / "s_height.png", encode_height(height, 16.0), how);
-    }
+    void SetUp() override { test::put_material(folder_.path()); }
     Ended run(const Words& words) { return btfield(words, {.folder = folder_.path().string()}); }
     json object(const Words& words) {
         return test::expect_object(words, {.folder = folder_.path().string()});
