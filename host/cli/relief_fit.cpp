@@ -13,6 +13,7 @@
 #include "btfield/height.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/relief.hpp"
+#include "btfield/relightable.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command_text.hpp"
@@ -34,12 +35,14 @@ struct ReliefArguments {
     LightSetOptions reading;
     NormalConvention convention = NormalConvention::opengl;
     Flattening flattening = Flattening::plane;
-    bool periodic = false, maps = false, overwrite = false, json = false;
+    std::optional<double> pixel_size;  ///< millimetres
+    bool relight = false, periodic = false, maps = false, overwrite = false, json = false;
 };
 
 /// Files in the folder that the run writes.
 struct ReliefFiles {
     fs::path normals, height, height_pixels, albedo, side, residual, left_out;
+    std::vector<fs::path> relight;  ///< info.json, and a picture for each coefficient
 };
 
 struct ReliefSeconds {
@@ -52,6 +55,23 @@ const char* albedo_name(const Picture& front) {
     return !is_hdr(front) && (planes == 1 || planes == 3) ? "albedo.png" : "albedo.exr";
 }
 
+/// What the viewers' format has room for.
+void check_relightable(const LightSet& lights, const Picture& front) {
+    const std::string asked = "export for relight";
+    if (lights.lights.size() < 6)
+        throw InputError(asked, "there are " + detail::counted(lights.lights.size(), "light"),
+                         "give six or more, or leave out --export");
+    if (const int planes = front.image.planes(); planes != 1 && planes != 3)
+        throw InputError(asked, "the pictures have " + detail::counted(planes, "plane"),
+                         "give pictures of one plane or three, or leave out --export");
+}
+
+/// EXR has no whole numbers.
+PixelType albedo_type(const fs::path& file, PixelType pictures) {
+    const bool whole = pictures == PixelType::uint8 || pictures == PixelType::uint16;
+    return whole && lower_extension(file) == ".exr" ? PixelType::float32 : pictures;
+}
+
 ReliefFiles plan(const ReliefArguments& options, const LightSet& lights, const Picture& front) {
     (void)is_output_folder("--output", options.output, "several maps");
     const fs::path folder = options.output;
@@ -60,6 +80,7 @@ ReliefFiles plan(const ReliefArguments& options, const LightSet& lights, const P
                       folder / "height.exr",
                       folder / albedo_name(front),
                       folder / "relief.json",
+                      {},
                       {},
                       {}};
     if (options.maps) {
@@ -80,9 +101,20 @@ ReliefFiles plan(const ReliefArguments& options, const LightSet& lights, const P
     check(files.normals, 3, PixelType::uint16);
     check(files.height, 1, PixelType::uint16);
     check(files.height_pixels, 1, PixelType::float32);
-    check(files.albedo, front.image.planes(), front.type);
+    check(files.albedo, front.image.planes(), albedo_type(files.albedo, front.type));
     check(files.residual, 1, PixelType::float32);
     check(files.left_out, 1, PixelType::float32);
+    if (options.relight) {
+        check_relightable(lights, front);
+        const fs::path relight = folder / "relight";
+        (void)is_output_folder("--output", relight.string(), "--export relight");
+        files.relight = {relight / "info.json"};
+        for (int t = 0; t < 6; ++t)
+            check(files.relight.emplace_back(relight / ("plane_" + std::to_string(t) + ".jpg")), 3,
+                  PixelType::uint8);
+        run.writes_text(files.relight.front());
+        detail::check_output(files.relight.front(), "write '" + files.relight.front().string() + "'");
+    }
     run.writes_text(files.side);
     detail::check_output(files.side, "write '" + files.side.string() + "'");
     return files;
@@ -115,10 +147,36 @@ void write_maps(const ReliefArguments& options, const ReliefFiles& files, const 
     for (float& value : albedo.values()) value /= static_cast<float>(white);
     WriteOptions how;
     how.source = relief.type;
-    how.type = relief.type;
+    how.type = albedo_type(files.albedo, relief.type);
     write_picture(files.albedo, albedo, how);
     write_data(files.residual, relief.residual, PixelType::float32);
     write_data(files.left_out, relief.left_out, PixelType::float32);
+}
+
+/// info.json and pictures of coefficients, as the viewer Relight and OpenLIME read them.
+LightPolynomial write_relight(Device& device, const ReliefArguments& options, const ReliefFiles& files,
+                              const LightSet& lights, const Relief& relief) {
+    ReliefOptions how = options.relief;
+    how.coding = relief.coding;
+    LightPolynomial polynomial = fit_light_polynomial(device, lights, how);
+    const RelightablePlanes planes = relightable_planes(polynomial);
+    for (std::size_t t = 0; t < planes.pictures.size(); ++t)
+        static_cast<void>(write_picture(files.relight[t + 1], planes.pictures[t], PixelType::uint8));
+    Json info;
+    info["width"] = polynomial.coefficients.width();
+    info["height"] = polynomial.coefficients.height();
+    info["format"] = "jpg";
+    if (options.pixel_size) info["pixelSizeInMM"] = *options.pixel_size;
+    info["type"] = "ptm";
+    info["colorspace"] = "rgb";
+    info["lights"] = Json::array();
+    for (const LightPicture& light : lights.lights)
+        for (const double x : light.direction) info["lights"].push_back(x);
+    info["nplanes"] = planes.scale.size();
+    info["quality"] = 98;
+    info["materials"] = Json::array({Json{{"scale", planes.scale}, {"bias", planes.bias}}});
+    write_side_file(files.relight.front(), info);
+    return polynomial;
 }
 
 /// Keys of the report that the side file has too.
@@ -135,6 +193,13 @@ Json relief_json(const ReliefArguments& options, const Relief& relief, double wh
     object["shadowed"] = number(relief.shadowed);
     object["saturated"] = number(relief.saturated);
     object["albedo_scale"] = number(white);
+    return object;
+}
+
+Json relight_json(const LightPolynomial& polynomial) {
+    Json object;
+    object["relight_error"] = number(polynomial.error);
+    object["relight_white"] = number(polynomial.white);
     return object;
 }
 
@@ -166,10 +231,16 @@ std::string relief_text(const ReliefArguments& options, const ReliefFiles& files
 }
 
 void report(const ReliefArguments& options, const ReliefFiles& files, const Relief& relief,
-            const Image& height, double scale, double white, const Device& device,
-            const ReliefSeconds& seconds) {
+            const Image& height, double scale, double white, const std::optional<LightPolynomial>& polynomial,
+            const Device& device, const ReliefSeconds& seconds) {
     if (!options.json) {
-        emit_result(relief_text(options, files, relief, height, scale, seconds));
+        std::string text = relief_text(options, files, relief, height, scale, seconds);
+        if (polynomial)
+            text +=
+                "wrote " + files.relight.front().string() +
+                " and its pictures, for viewers of relightable pictures: " + percent_text(polynomial->error) +
+                " of white off (root mean square)\n";
+        emit_result(text);
         return;
     }
     Json object;
@@ -182,8 +253,13 @@ void report(const ReliefArguments& options, const ReliefFiles& files, const Reli
         object["residual_map"] = files.residual.string();
         object["left_out_map"] = files.left_out.string();
     }
+    if (polynomial) {
+        object["exports"] = Json::array();
+        for (const fs::path& file : files.relight) object["exports"].push_back(file.string());
+    }
     object["size"] = size_json(height.size());
     object.update(relief_json(options, relief, white));
+    if (polynomial) object.update(relight_json(*polynomial));
     object["range"] = number(range_of(height));
     object["scale"] = number(scale);
     object["periodic"] = options.periodic;
@@ -237,10 +313,17 @@ void run_fit(ReliefArguments options) {
     side["normals"] = std::string(detail::word_of(options.convention));
     side["flatten"] = std::string(detail::word_of(options.flattening));
     side.update(relief_json(options, relief, white));
+    if (options.pixel_size) side["pixel_size_mm"] = *options.pixel_size;
+    std::optional<LightPolynomial> polynomial;
+    if (options.relight) {
+        polynomial = write_relight(device, options, files, lights, relief);
+        for (const std::string& remark : polynomial->remarks) warn(remark);
+        side.update(relight_json(*polynomial));
+    }
     write_side_file(files.side, side);
     seconds.write = writing.seconds();
     seconds.total = total.seconds();
-    report(options, files, relief, height, scale, white, device, seconds);
+    report(options, files, relief, height, scale, white, polynomial, device, seconds);
 }
 
 /// "ranks:35:85", in percent, or as parts of 1.
@@ -346,6 +429,21 @@ void add_relief_fit(CLI::App& parent, Action& action) {
         "--maps", options->maps,
         "also residual.exr and left-out.exr: the share of light that is not explained, of all lights and "
         "of those left out");
+    command
+        ->add_option_function<std::string>(
+            "--export",
+            [options](const std::string& text) {
+                if (text != "relight")
+                    throw CLI::ValidationError("--export", "'" + text + "' is not relight");
+                options->relight = true;
+            },
+            "also a folder relight/ for the web viewers of relightable pictures Relight and OpenLIME: values "
+            "of "
+            "each pixel as a polynomial of the light")
+        ->type_name("relight");
+    add_positive(*command, "--pixel-size", options->pixel_size,
+                 "how large a pixel is, in millimetres, where sizes are told")
+        ->type_name("MM");
     add_crop(*command, "--crop", options->relief.crop, "this rectangle of the pictures only");
     add_light_options(*command, *options);
     add_device(*command, options->device);
@@ -355,7 +453,9 @@ void add_relief_fit(CLI::App& parent, Action& action) {
         *command,
         {.usual = {{"btfield relief fit stack/dirs.lp -o relief/"}},
          .more = {{"btfield relief fit stack/ -o relief/ --robust ranks:35:85 --coding srgb"},
-                  {"btfield relief fit stack/dirs.lp -o relief/ --maps --crop 0,0,24,24"}},
+                  {"btfield relief fit stack/dirs.lp -o relief/ --maps --crop 0,0,24,24"},
+                  {"btfield relief fit stack/dirs.lp -o relief/ --export relight",
+                   "and relief/relight/info.json, for a web page"}},
          .notes = {
              "Directions to lights are x right, y up, z to the viewer.",
              "A surface that shines like a mirror, or steps that hide from many lights, have no normals "

@@ -30,6 +30,7 @@
 #include "btfield/neighbourhood.hpp"   // IWYU pragma: export
 #include "btfield/pyramid.hpp"         // IWYU pragma: export
 #include "btfield/relief.hpp"          // IWYU pragma: export
+#include "btfield/relightable.hpp"     // IWYU pragma: export
 #include "btfield/relighting.hpp"      // IWYU pragma: export
 #include "btfield/roller.hpp"          // IWYU pragma: export
 #include "btfield/spectral_basis.hpp"  // IWYU pragma: export

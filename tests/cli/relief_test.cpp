@@ -220,6 +220,96 @@ TEST_F(CliReliefFit, RulesByName) {
     }
 }
 
+/// The picture that a viewer of info.json makes under a light: for each colour Σ w (c − bias) scale, c being
+/// values of plane_0.jpg to plane_5.jpg as parts of white, w = 1, x, y, x², xy, y².
+Image viewed(const std::filesystem::path& folder, const test::Direction& light) {
+    const json info = test::parsed(bytes_of(folder / "info.json"));
+    EXPECT_EQ(info["type"], "ptm");
+    EXPECT_EQ(info["colorspace"], "rgb");
+    EXPECT_EQ(info["format"], "jpg");
+    EXPECT_EQ(info["nplanes"], 18);
+    EXPECT_EQ(info["materials"].size(), 1U);
+    const json &scale = info["materials"][0]["scale"], &bias = info["materials"][0]["bias"];
+    EXPECT_EQ(scale.size(), 18U);
+    EXPECT_EQ(bias.size(), 18U);
+    const double x = light[0], y = light[1];
+    const std::vector<double> weights{1.0, x, y, x * x, x * y, y * y};
+    Image seen({info["height"].get<int>(), info["width"].get<int>()}, 3);
+    for (std::size_t t = 0; t < 6; ++t) {
+        const Picture plane = read_picture(folder / ("plane_" + std::to_string(t) + ".jpg"));
+        EXPECT_EQ(plane.type, PixelType::uint8);
+        EXPECT_EQ(plane.image.size(), seen.size());
+        for (std::size_t p = 0; p < 3; ++p)
+            for (std::size_t i = 0; i < area(seen.size()); ++i)
+                seen.plane(static_cast<int>(p))[i] +=
+                    static_cast<float>(weights[t] *
+                                       (static_cast<double>(plane.image.plane(static_cast<int>(p))[i]) -
+                                        bias[3 * t + p].get<double>()) *
+                                       scale[3 * t + p].get<double>());
+    }
+    return seen;
+}
+
+/// Root mean square of viewed() less what was photographed, sRGB-encoded, over all lights.
+double viewing_error(const std::filesystem::path& folder, const std::vector<test::Direction>& lights,
+                     const std::filesystem::path& stack, double gain = 1.0) {
+    double sum = 0.0, count = 0.0;
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+        ReadOptions raw;
+        raw.keep_values = true;
+        const Image seen = viewed(folder, lights[k]);
+        const Image there = read_picture(stack / ("light " + std::to_string(k) + ".png"), raw).image;
+        for (std::size_t i = 0; i < seen.values().size(); ++i) {
+            const double linear = gain * static_cast<double>(there.values()[i % there.values().size()]);
+            const double expected =
+                linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+            sum += std::pow(static_cast<double>(seen.values()[i]) - expected, 2.0);
+            count += 1.0;
+        }
+    }
+    return std::sqrt(sum / count);
+}
+
+TEST_F(CliReliefFit, ExportsForViewersOfRelightablePictures) {
+    const json object = expect_object({"relief", "fit", "stack/dirs.lp", "-o", "out", "--export", "relight",
+                                       "--pixel-size", "0.2", "--robust", "ls"},
+                                      here_);
+    ASSERT_EQ(object["exports"].size(), 7U);
+    EXPECT_EQ(object["exports"][0], "out/relight/info.json");
+    EXPECT_EQ(object["exports"][6], "out/relight/plane_5.jpg");
+    const json info = test::parsed(bytes_of(folder_ / "out/relight/info.json"));
+    EXPECT_EQ(info["pixelSizeInMM"], 0.2);
+    const std::vector<test::Direction> lights = test::dome(24);
+    ASSERT_EQ(info["lights"].size(), 72U);
+    for (std::size_t k = 0; k < 72; ++k)
+        EXPECT_NEAR(info["lights"][k].get<double>(), lights[k / 3][k % 3], 1e-5);
+    const json side = test::parsed(bytes_of(folder_ / "out/relief.json"));
+    EXPECT_EQ(side["relight_error"], object["relight_error"]);
+    EXPECT_EQ(side["relight_white"], 1.0);
+    EXPECT_EQ(side["pixel_size_mm"], 0.2);
+    // What least squares leave, and 8 bits of six planes more: steps of up to 1/255 and a JPEG's.
+    const double fit = object["relight_error"].get<double>();
+    EXPECT_LT(fit, 0.03);
+    const double whole = viewing_error(folder_ / "out/relight", lights, folder_ / "stack");
+    EXPECT_GE(whole, 0.999 * fit);
+    EXPECT_LE(whole, std::hypot(fit, 0.01));
+
+    // Grey pictures are shown in grey.
+    test::put_lights(folder_ / "grey", {20, 30}, 12, 1, PixelType::uint16, ".png");
+    const json grey = expect_object(
+        {"relief", "fit", "grey", "-o", "grey-out", "--export", "relight", "--robust", "ls"}, here_);
+    EXPECT_LE(viewing_error(folder_ / "grey-out/relight", test::dome(12), folder_ / "grey"),
+              std::hypot(grey["relight_error"].get<double>(), 0.01));
+    refused({"stack", "-o", "new", "--export", "rti"}, 2, "relight");
+    test::put_lights(folder_ / "few", {20, 30}, 5, 3, PixelType::uint16, ".png");
+    refused({"few", "-o", "new", "--export", "relight"}, 1, "5 lights");
+    test::put_lights(folder_ / "spectral", {20, 30}, 9, 4, PixelType::uint16, ".tif");
+    refused({"spectral", "-o", "new", "--export", "relight"}, 1, "4 planes");
+    EXPECT_EQ(expect_object({"relief", "fit", "spectral", "-o", "new", "--robust", "ls"}, here_)["albedo"],
+              "new/albedo.exr");
+    EXPECT_EQ(read_picture(folder_ / "new/albedo.exr").image.planes(), 4);
+}
+
 TEST_F(CliReliefFit, RendersUnderANewLight) {
     ASSERT_EQ(btfield({"relief", "fit", "stack", "-o", "out"}, here_).code, 0);
     const json object = expect_object(
