@@ -12,7 +12,10 @@ struct Names<BtfFormat> {
     static constexpr auto words = std::to_array<Word<BtfFormat>>({{BtfFormat::utia, "utia"},
                                                                   {BtfFormat::ubo2003, "ubo2003"},
                                                                   {BtfFormat::atrium, "atrium"},
-                                                                  {BtfFormat::spectral, "spectral"}});
+                                                                  {BtfFormat::spectral, "spectral"},
+                                                                  {BtfFormat::tbig, "tbig"},
+                                                                  {BtfFormat::big, "big"},
+                                                                  {BtfFormat::mif, "mif"}});
 };
 
 template <>

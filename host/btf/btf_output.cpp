@@ -1,8 +1,8 @@
 #include "btfield/btf_output.hpp"
 
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include <algorithm>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -11,6 +11,7 @@
 #include "host/base/file_output.hpp"
 #include "host/base/parallel.hpp"
 #include "host/btf/btf_names.hpp"
+#include "host/btf/containers.hpp"
 #include "host/btf/picture_coding.hpp"
 #include "host/btf/side_file.hpp"
 
@@ -35,6 +36,17 @@ void make_folder(const fs::path& folder) {
                          "choose a place that you may write to");
 }
 
+std::optional<Container> container_for(BtfFormat format) {
+    if (format == BtfFormat::tbig) return Container::tbig;
+    if (format == BtfFormat::big) return Container::big;
+    if (format == BtfFormat::mif) return Container::mif;
+    return std::nullopt;
+}
+
+PixelType type_of_container(const BtfWriteOptions& options) {
+    return options.type.value_or(PixelType::half);
+}
+
 /// Pictures that are written between two calls of progress.
 constexpr size_t pictures_at_once = 64;
 
@@ -45,6 +57,16 @@ std::string_view name(BtfFormat format) {
 }
 
 void check_btf_output(const fs::path& path, const BtfDescription& set, const BtfWriteOptions& options) {
+    if (const std::optional<Container> kind = container_for(options.format)) {
+        const std::string asked = asked_of(path);
+        if (options.exposure != 1.0)
+            throw InputError(asked, "the exposure is not 1, and such a file has no place to say so",
+                             "write it with exposure 1");
+        if (type_of_container(options) != PixelType::half && type_of_container(options) != PixelType::float32)
+            throw InputError(asked, "such a file holds half or float values", "choose one of these types");
+        check_output(path, asked);
+        return;
+    }
     const BtfEncoder encoder(set, options, asked_of(path));
     std::error_code error;
     if (fs::exists(path, error) && !fs::is_directory(path, error))
@@ -54,6 +76,15 @@ void check_btf_output(const fs::path& path, const BtfDescription& set, const Btf
 
 BtfWriteReport write_btf(const fs::path& path, const BtfSet& set, const BtfWriteOptions& options) {
     check_btf_output(path, set.description(), options);
+    if (const std::optional<Container> kind = container_for(options.format)) {
+        const std::uint64_t all = set.pictures().size();
+        write_container(path, *kind, set, type_of_container(options), [&](std::uint64_t done) {
+            if (options.progress) options.progress(done, all);
+        });
+        std::error_code error;
+        const std::uintmax_t bytes = fs::file_size(path, error);
+        return {all, error ? 0 : bytes, 0};
+    }
     const BtfEncoder encoder(set.description(), options, asked_of(path));
     make_folder(path);
     write_side_file(path, set.description(), options.exposure);

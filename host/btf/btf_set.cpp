@@ -1,12 +1,17 @@
 #include "btfield/btf_set.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <utility>
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/btf/byte_file.hpp"
+#include "host/btf/containers.hpp"
 #include "host/btf/picture_folder.hpp"
+#include "host/btf/ubo2014.hpp"
 
 namespace btfield {
 
@@ -82,6 +87,20 @@ Image taken(Image image, const BtfOptions& options) {
     return result;
 }
 
+std::shared_ptr<const BtfSource> open_source(const std::filesystem::path& path, const BtfOptions& options) {
+    const std::string asked = "open the BTF '" + path.string() + "'";
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) return open_picture_folder(path, options);
+    const ByteFile file(path, asked);
+    std::string head(std::min<std::uint64_t>(file.size(), 16), '\0');
+    file.read(0, head.data(), head.size());
+    if (is_ubo2014(head)) return open_ubo2014(path);
+    if (const std::optional<Container> kind = container_of(head, file.size()))
+        return open_container(path, *kind);
+    throw InputError(asked, "it is of no known format",
+                     "give a folder of pictures, or a .btf, TBIG, BIG or MIF file (docs/btf.md)");
+}
+
 }  // namespace
 
 BtfSource::~BtfSource() = default;
@@ -108,7 +127,7 @@ BtfSet BtfSet::open(const std::filesystem::path& path, const BtfOptions& options
     if (!std::filesystem::exists(path, error))
         throw InputError("open the BTF '" + path.string() + "'", "there is no such file or folder",
                          "check the name");
-    return BtfSet(open_picture_folder(path, options), options);
+    return BtfSet(open_source(path, options), options);
 }
 
 BtfDirection BtfSet::light(int view, int light) const {

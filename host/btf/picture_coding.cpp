@@ -68,7 +68,7 @@ PixelType type_of(const BtfWriteOptions& options) {
             return options.type.value_or(PixelType::uint8);
         case BtfFormat::atrium:
             return options.type.value_or(PixelType::float32);
-        case BtfFormat::spectral:
+        default:
             break;
     }
     return options.type.value_or(PixelType::half);

@@ -9,6 +9,7 @@ void add_btf(CLI::App& app, Action& action) {
     set_guide(*command, {.usual = {{"btfield btf info set/"}}});
     add_btf_make(*command, action);
     add_btf_info(*command, action);
+    add_btf_convert(*command, action);
     for (CLI::App* each : command->get_subcommands({})) each->fallthrough();
 }
 

@@ -1,5 +1,6 @@
 #include "host/cli/btf_parts.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "host/base/text.hpp"
 #include "host/btf/btf_names.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_names.hpp"
 #include "host/pictures/picture_names.hpp"
 
 namespace btfield::cli {
@@ -27,6 +29,14 @@ std::string bytes_text(std::uintmax_t bytes) {
 Json degrees_json(const BtfDirection& direction) {
     const auto rounded = [](double radians) { return std::round(radians * 180e4 / std::numbers::pi) / 1e4; };
     return Json::array({rounded(direction.theta), rounded(direction.phi)});
+}
+
+BtfFormat format_of_name(const fs::path& output) {
+    const std::string extension = lower_extension(output);
+    if (extension == ".tbig") return BtfFormat::tbig;
+    if (extension == ".big") return BtfFormat::big;
+    if (extension == ".mif") return BtfFormat::mif;
+    return BtfFormat::utia;
 }
 
 }  // namespace
@@ -108,28 +118,32 @@ std::optional<BtfDirection> parse_direction(const std::string& text) {
 }
 
 void add_btf_writing(CLI::App& app, BtfWritingArguments& arguments) {
-    app.add_option("-o,--output", arguments.output, "folder of the set, new or empty")
+    app.add_option("-o,--output", arguments.output, "folder of the set, new or empty, or file of it")
         ->required()
         ->type_name("SET");
-    add_choice(app, "--format", arguments.how.format,
-               "how pictures are named and stored: utia PNG or EXR, ubo2003 JPEG, atrium Radiance, spectral "
-               "EXR (default: utia)");
+    add_choice(app, "--format", arguments.format,
+               "folders of pictures: utia (PNG or EXR), ubo2003 (JPEG), atrium (Radiance), spectral (EXR); "
+               "files: tbig, big, mif (default: by the output's extension, else utia)");
     add_choice(app, "--type", arguments.how.type,
-               "storage of values (default: uint8 for utia, half for spectral)");
+               "storage of values (default: uint8 for utia, half for spectral, tbig, big and mif)");
     add_positive(app, "--exposure", arguments.how.exposure,
                  "what linear light is multiplied by before it is stored; btf.json says so (default: 1)");
     app.add_flag("--overwrite", arguments.overwrite,
                  "write into a folder that is not empty, and replace what has the same names");
 }
 
-void check_btf_writing(const BtfWritingArguments& arguments, const std::vector<std::string>& inputs,
+void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::string>& inputs,
                        const BtfDescription& set) {
     const std::string asked = "write the BTF '" + arguments.output + "'";
+    arguments.how.format = arguments.format.value_or(format_of_name(arguments.output));
     std::error_code error;
     const fs::path output = fs::weakly_canonical(arguments.output, error);
     for (const std::string& input : inputs) {
         const fs::path place = fs::weakly_canonical(input, error);
         if (place == output) throw InputError(asked, "that is the input", "give the output another name");
+        const auto [inside, rest] = std::mismatch(place.begin(), place.end(), output.begin(), output.end());
+        if (inside == place.end())
+            throw InputError(asked, "it lies in the input '" + input + "'", "choose a place outside");
     }
     if (fs::is_directory(arguments.output, error) && !fs::is_empty(arguments.output, error) &&
         !arguments.overwrite)

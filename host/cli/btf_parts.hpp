@@ -36,14 +36,16 @@ void add_btf_reading(CLI::App& app, BtfOptions& options);
 /// What commands that write a set are told.
 struct BtfWritingArguments {
     std::string output;
+    std::optional<BtfFormat> format;
     BtfWriteOptions how;
     bool overwrite = false;
 };
 /// -o, --format, --type, --exposure, --overwrite.
 void add_btf_writing(CLI::App& app, BtfWritingArguments& arguments);
-/// Refuses an output that is there and not empty, unless it may be overwritten, one that is or holds an
-/// input, and what check_btf_output() refuses.
-void check_btf_writing(const BtfWritingArguments& arguments, const std::vector<std::string>& inputs,
+/// Chooses the format, by the output's extension where none is given; then refuses an output that is there
+/// and not empty, unless it may be overwritten, one that is an input or lies in it, and what
+/// check_btf_output() refuses.
+void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::string>& inputs,
                        const BtfDescription& set);
 /// With progress on a terminal.
 [[nodiscard]] BtfWriteReport write_told(const BtfWritingArguments& arguments, const BtfSet& set);

@@ -21,16 +21,20 @@ enum class BtfFormat {
     ubo2003,   ///< folders tvTTT_pvPPP of numbered JPEG, gamma 2.2
     atrium,    ///< the same of Radiance pictures, linear
     spectral,  ///< EXR in one folder, linear
+    tbig,      ///< one file as UTIA's TBIG 2 has it, linear
+    big,       ///< one file as UTIA's BIG 3 has it, linear
+    mif,       ///< one file, XYZ with white 100
 };
-/// "utia", "ubo2003", "atrium", "spectral".
+/// "utia", "ubo2003", "atrium", "spectral", "tbig", "big", "mif".
 [[nodiscard]] BTFIELD_API std::string_view name(BtfFormat format);
 
 struct BtfWriteOptions {
     BtfFormat format = BtfFormat::utia;
-    /// Of values, where the format leaves a choice: utia uint8, uint16, half, float; spectral half, float.
+    /// Of values, where the format leaves a choice: utia uint8, uint16, half, float; spectral
+    /// and single files half, float.
     std::optional<PixelType> type;
     /// What linear light is multiplied by before it is stored. The file btf.json of the set says so, and
-    /// BtfSet::open() divides by it.
+    /// BtfSet::open() divides by it. Of folders alone.
     double exposure = 1.0;
     /// Called in the caller's thread, with the number of pictures that are written. What it throws ends the
     /// work.

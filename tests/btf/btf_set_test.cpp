@@ -182,7 +182,7 @@ TEST_F(BtfSets, WhatIsNoSetIsRefused) {
     EXPECT_NE(refusal(at("empty")).find("there are no pictures in it"), std::string::npos);
     write_grey(at("other/a.png"), 0.5F);
     EXPECT_NE(refusal(at("other")).find("no name of its 1 picture tells directions"), std::string::npos);
-    EXPECT_NE(refusal(at("other/a.png")).find("it is no folder"), std::string::npos);
+    EXPECT_NE(refusal(at("other/a.png")).find("it is of no known format"), std::string::npos);
     write_grey(at("below/tl095_pl000_tv000_pv000.png"), 0.5F);
     EXPECT_NE(refusal(at("below")).find("theta 95, phi 0"), std::string::npos);
     write_grey(at("sizes/tl000_pl000_tv000_pv000.png"), 0.5F);

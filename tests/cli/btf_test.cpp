@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -124,6 +125,31 @@ TEST_F(CliBtf, MapsTellWhatOthersDoNot) {
     EXPECT_EQ(pixels["size"], json::array({12, 8}));
     EXPECT_NEAR(pixels["relief"].get<double>(), 1.5, 0.4);
     EXPECT_NE(btfield({"btf", "info", at("c")}).out.find("3 views x 2 lights"), std::string::npos);
+}
+
+TEST_F(CliBtf, ConvertsBetweenFormats) {
+    static_cast<void>(expect_object(make("set", {"--type", "half"})));
+    const json file = expect_object({"btf", "convert", at("set"), "-o", at("set.tbig")});
+    expect_keys(file, {"format", "size", "views", "lights", "missing", "duplicates", "colour", "bytes",
+                       "output", "exposure", "clamped_pixels"});
+    EXPECT_EQ(file["format"], "tbig");
+    EXPECT_EQ(file["bytes"], fs::file_size(at("set.tbig")));
+    // Halves to halves: to the bit.
+    const BtfSet one = BtfSet::open(at("set")), other = BtfSet::open(at("set.tbig"));
+    for (const BtfPair& pair : one.pictures()) {
+        const Image a = one.picture(pair.view, pair.light), b = other.picture(pair.view, pair.light);
+        ASSERT_TRUE(std::ranges::equal(a.values(), b.values()));
+    }
+    const json part = expect_object({"btf", "convert", at("set.tbig"), "-o", at("part"), "--format",
+                                     "ubo2003", "--view-stride", "2", "--crop", "4,2,8,6"});
+    EXPECT_EQ(part["pictures"], 4);
+    EXPECT_EQ(part["size"], json::array({8, 6}));
+    EXPECT_EQ(expect_object({"btf", "info", at("part")})["format"], "ubo2003");
+    expect_failure({"btf", "convert", at("set"), "-o", at("set")}, 1, "that is the input");
+    expect_failure({"btf", "convert", at("set"), "-o", at("set/part")}, 1, "it lies in the input");
+    expect_failure({"btf", "convert", at("set"), "-o", at("x.mif"), "--exposure", "2"}, 1,
+                   "the exposure is not 1");
+    EXPECT_FALSE(fs::exists(at("x.mif")));
 }
 
 TEST_F(CliBtf, WhatCannotBeMadeIsOneLine) {
