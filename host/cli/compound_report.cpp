@@ -76,6 +76,7 @@ Json compound_json(const CompoundModel& model, const std::filesystem::path& path
     object["size"] = size_json(model.size);
     object["colour_space"] = name(model.space);
     if (!model.names.empty()) object["names"] = model.names;
+    for (const ColourSpace space : model.plane_spaces) object["plane_colour_spaces"].push_back(name(space));
     if (!model.provenance.maps.empty()) object["maps"] = maps_json(model.provenance.maps);
     object["borders"] = name(model.borders);
     object["explained"] = number(model.explained);
@@ -92,7 +93,7 @@ std::string compound_text(const CompoundModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
                        detail::counted(model.planes, "plane") + " of " +
                        std::string(name(model.provenance.type));
-    if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
+    text += spaces_text(model.space, model.plane_spaces);
     text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) + "compound, " +
             detail::counted(model.regions.size(), "region") + ", " + std::string(name(model.borders)) +
             " borders; labels explain " + number_text(100.0 * model.explained) + " % of the variance\n";

@@ -53,6 +53,19 @@ Json certificate_json(const Certificate& certificate) {
     return object;
 }
 
+std::string spaces_text(ColourSpace space, const std::vector<ColourSpace>& of_planes) {
+    if (space != ColourSpace::unspecified) return ", " + std::string(name(space));
+    if (of_planes.size() == 1) return ", " + std::string(name(of_planes.front())) + " grey";
+    std::string text;
+    for (const ColourSpace each : {ColourSpace::srgb, ColourSpace::linear, ColourSpace::xyz}) {
+        std::string planes;
+        for (std::size_t p = 0; p < of_planes.size(); ++p)
+            if (of_planes[p] == each) planes += (planes.empty() ? "" : ", ") + std::to_string(p);
+        if (!planes.empty()) text += ", " + std::string(name(each)) + " in planes " + planes;
+    }
+    return text;
+}
+
 std::string names_text(const std::vector<std::string>& names) {
     if (names.empty()) return {};
     constexpr std::size_t most = 24;  // spectral pictures have dozens
@@ -97,6 +110,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
     object["size"] = size_json(model.size);
     object["colour_space"] = name(model.space);
     if (!model.names.empty()) object["names"] = model.names;
+    for (const ColourSpace space : model.plane_spaces) object["plane_colour_spaces"].push_back(name(space));
     if (!model.provenance.maps.empty()) object["maps"] = maps_json(model.provenance.maps);
     object["factor"] = model.factor;
     object["noise"] = name(model.noise);
@@ -114,7 +128,7 @@ std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
                        detail::counted(model.planes, "plane") + " of " +
                        std::string(name(model.provenance.type));
-    if (model.space != ColourSpace::unspecified) text += ", " + std::string(name(model.space));
+    text += spaces_text(model.space, model.plane_spaces);
     text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) +
             std::string(name(model.kind)) + ", " + std::to_string(model.levels.size()) +
             (model.levels.size() == 1 ? " level" : " levels by factor " + std::to_string(model.factor)) +

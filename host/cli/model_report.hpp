@@ -19,13 +19,15 @@ namespace btfield::cli {
 /// {`valid`, `min_singular`, `variance_ratio`, `zeros`}.
 [[nodiscard]] Json certificate_json(const Certificate& certificate);
 
-/// Bytes of pixels to a byte of the file; NaN where nobody knows how large the picture was.
+/// ", srgb", ", linear grey", ", srgb in planes 0, 1, 2"; empty: nothing is known.
+[[nodiscard]] std::string spaces_text(ColourSpace space, const std::vector<ColourSpace>& of_planes);
 /// "planes 400nm, 460nm, ..." as a line; nothing where planes have no names.
 [[nodiscard]] std::string names_text(const std::vector<std::string>& names);
 /// {name, role, planes} of each map of a material, and of heights their scale.
 [[nodiscard]] Json maps_json(const std::vector<MaterialMap>& maps);
 /// "maps colour albedo.png, height disp.png"; empty: there are none.
 [[nodiscard]] std::string maps_text(const std::vector<MaterialMap>& maps);
+/// Bytes of pixels to a byte of the file; NaN where nobody knows how large the picture was.
 [[nodiscard]] double compression_ratio(const Provenance& provenance, std::uintmax_t bytes);
 
 /// The JSON object that docs/command-line.md promises for `fit` and `info`, without `seconds` and `reasons`.

@@ -1,7 +1,11 @@
 #include "host/cli/picture_options.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <string_view>
 
+#include "btfield/material.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 #include "host/pictures/picture_names.hpp"
@@ -52,8 +56,22 @@ void add_writing(CLI::App& app, WritingArguments& arguments, bool with_keep_valu
             ->group(group);
 }
 
+/// Whether a file's name says that its one plane is measured, not seen. Words that photographs have in their
+/// names too (metal, rough, mask) say nothing.
+bool names_a_map(const std::filesystem::path& path) {
+    std::string stem = path.stem().string();
+    std::ranges::transform(stem, stem.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    constexpr std::array<std::string_view, 6> words{"roughness", "metalness", "metallic",
+                                                    "occlusion", "opacity",   "normal"};
+    return role_of_name(path) == MapRole::height || std::ranges::any_of(words, [&](std::string_view word) {
+               return stem.find(word) != std::string::npos;
+           });
+}
+
 Picture read_told(const std::filesystem::path& path, const ReadOptions& options) {
     Picture picture = read_picture(path, options);
+    if (picture.image.planes() == 1 && names_a_map(path)) picture.image.set_plane_spaces({});
     std::string text;
     for (const std::string& remark : picture.remarks) text += (text.empty() ? "" : "; ") + remark;
     if (std::ranges::any_of(picture.alpha, [](float a) { return a != 1.0F; }))
@@ -93,7 +111,7 @@ void WrittenRemarks::tell() const {
 
 void warn_of_unlike_spaces(const std::filesystem::path& a, const Image& one, const std::filesystem::path& b,
                            const Image& other) {
-    const ColourSpace first = one.space(), second = other.space();
+    const ColourSpace first = one.plane_space(0), second = other.plane_space(0);
     if (first == second || first == ColourSpace::unspecified || second == ColourSpace::unspecified) return;
     warn(quoted_path(a) + " has " + std::string(name(first)) + " values and " + quoted_path(b) + " " +
          std::string(name(second)) +

@@ -125,6 +125,8 @@ void check(const CompoundModel& model) {
     if (!model.names.empty() && model.names.size() != model.mean.size())
         refuse_compound("it has " + std::to_string(model.names.size()) + " names for " +
                         std::to_string(model.planes) + " planes");
+    if (const std::string defect = defect_of(model.plane_spaces, model.space, model.planes); !defect.empty())
+        refuse_compound(defect);
     if (const std::string defect = defect_of(model.provenance.maps, model.planes); !defect.empty())
         refuse_compound(defect);
     if (!std::isfinite(model.explained)) refuse_compound("its explained share is not finite");

@@ -80,11 +80,11 @@ ordered_json region_value(const CompoundRegion& region) {
 ordered_json compound_value(const CompoundModel& model, bool binary) {
     ordered_json value;
     value["format"] = compound_format;
-    value["version"] = version_value(model.names, model.provenance);
+    value["version"] = version_value(!model.names.empty() || !model.plane_spaces.empty(), model.provenance);
     value["size"] = size_value(model.size);
     value["planes"] = model.planes;
     value["colour_space"] = name(model.space);
-    if (!model.names.empty()) value["names"] = names_value(model.names);
+    put_plane_meanings(value, model.names, model.plane_spaces);
     value["borders"] = name(model.borders);
     value["mean"] = model.mean;
     value["explained"] = model.explained;
@@ -142,6 +142,7 @@ CompoundModel compound_from(const json& value, Context context) {
     model.planes = object.get("planes", integer);
     model.space = object.get_name<ColourSpace>("colour_space");
     model.names = read_names(object, model.planes, context);
+    model.plane_spaces = read_plane_spaces(object, model.planes, context);
     model.borders = object.get_name<Borders>("borders");
     model.mean = object.get_list("mean", real);
     model.explained = object.get("explained", real);

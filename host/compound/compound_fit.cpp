@@ -148,6 +148,7 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
     model.planes = image.planes();
     model.space = image.space();
     model.names = image.names();
+    model.plane_spaces = image.plane_spaces();
     model.borders = options.borders;
     model.mean = weights.mean;
     model.control = field;

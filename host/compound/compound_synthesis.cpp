@@ -5,6 +5,7 @@
 
 #include "btfield/compound.hpp"
 #include "btfield/error.hpp"
+#include "host/base/limits.hpp"
 #include "host/base/text.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/compound/conditional_mean.hpp"
@@ -54,6 +55,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
           regions_(static_cast<int>(model.regions.size())),
           space_(model.space),
           names_(model.names),
+          plane_spaces_(model.plane_spaces),
           size_(checked(model, size, allow_invalid)),
           fields_(*device_, residuals_of(model), size),
           mean_(*device_, mean_weights(model)),
@@ -121,9 +123,10 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
         if (bytes <= device_->memory_limit()) return;
         throw DeviceError(
             "synthesise " + compact_text_of(size_) + " on device '" + device_->info().name + "'",
-            "it takes " + std::to_string(static_cast<long long>(bytes / 1e6)) + " MB where " +
-                std::to_string(static_cast<long long>(device_->memory_limit() / 1e6)) + " may be used",
-            "give a smaller size, allow more memory with --memory, or take a device that has more");
+            "it takes " + bytes_text(bytes) + " where " + bytes_text(device_->memory_limit()) +
+                " may be used",
+            "give a smaller size, allow more device memory ($BTFIELD_MEMORY), or take a device that has "
+            "more");
     }
 
     [[nodiscard]] DevicePlanes grow(std::uint64_t seed, const ControlField& field) {
@@ -137,10 +140,12 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
     [[nodiscard]] Image download(const DevicePlanes& planes) const {
         Image lattice_image(planes.size, planes_, space_);
         lattice_image.set_names(names_);
+        lattice_image.set_plane_spaces(plane_spaces_);
         device_->read(planes.values, lattice_image.values().data(), lattice_image.values().size_bytes());
         if (planes.size == size_) return lattice_image;
         Image image(size_, planes_, space_);
         image.set_names(names_);
+        image.set_plane_spaces(plane_spaces_);
         const auto width = static_cast<size_t>(size_.width), pitch = static_cast<size_t>(planes.size.width);
         for (int p = 0; p < planes_; ++p)
             for (size_t r = 0; r < static_cast<size_t>(size_.height); ++r)
@@ -153,6 +158,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
     int planes_, regions_;
     ColourSpace space_;
     std::vector<std::string> names_;
+    std::vector<ColourSpace> plane_spaces_;
     Size size_;
     RegionalFields fields_;
     ConditionalMean mean_;

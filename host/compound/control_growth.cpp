@@ -42,6 +42,7 @@ Image reduced_by(const Image& image, int scale) {
     if (scale == 1) return image;
     Image result({image.height() / scale, image.width() / scale}, image.planes(), image.space());
     result.set_names(image.names());
+    result.set_plane_spaces(image.plane_spaces());
     const auto width = static_cast<size_t>(image.width()), n = static_cast<size_t>(scale);
     for (int p = 0; p < image.planes(); ++p) {
         const std::span<const float> from = image.plane(p);

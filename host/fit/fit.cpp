@@ -288,6 +288,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         model.planes = image_.planes();
         model.space = image_.space();
         model.names = image_.names();
+        model.plane_spaces = image_.plane_spaces();
         model.factor = options.factor;
         model.noise = options.noise;
         model.provenance.software = "btfield " BTFIELD_VERSION;

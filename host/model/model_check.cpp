@@ -15,6 +15,7 @@
 #include "btfield/models.hpp"
 #include "host/base/text.hpp"
 #include "host/model/model_check.hpp"
+#include "host/pictures/colour.hpp"
 
 namespace btfield {
 
@@ -300,6 +301,12 @@ void check_basis(const TextureModel& model) {
 
 }  // namespace
 
+std::string detail::defect_of(const std::vector<ColourSpace>& spaces, ColourSpace all, int planes) {
+    if (!spaces.empty() && all != ColourSpace::unspecified)
+        return "its planes have colour spaces of their own, and all of them " + std::string(name(all));
+    return defect_of(std::span<const ColourSpace>(spaces), planes);
+}
+
 std::string detail::defect_of(const std::vector<MaterialMap>& maps, int planes) {
     std::set<std::string> stems;
     std::int64_t sum = 0;
@@ -348,6 +355,8 @@ void check(const TextureModel& model) {
     }
     if (!model.names.empty() && model.names.size() != model.mean.size())
         refuse(std::to_string(model.names.size()) + " names for " + std::to_string(model.planes) + " planes");
+    if (const std::string defect = defect_of(model.plane_spaces, model.space, model.planes); !defect.empty())
+        refuse(defect);
     const std::vector<PlaneLimits>& limits = model.provenance.limits;
     if (!limits.empty() && limits.size() != model.mean.size())
         refuse("limits of " + counted(limits.size(), "plane") + " for " + std::to_string(model.planes));

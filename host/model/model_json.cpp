@@ -26,7 +26,8 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// What names, chromaticities, limits, file_bytes and maps came with; files without them say 0.
+/// What names, spaces of planes, chromaticities, limits, file_bytes and maps came with; files without them
+/// say 0.
 constexpr int minor_version = 1;
 /// A parsed file takes some ten times its size in memory; no model comes near.
 constexpr std::size_t largest_file = std::size_t{256} << 20;
@@ -286,27 +287,27 @@ ordered_json provenance_value(const Provenance& provenance) {
     return value;
 }
 
-ordered_json version_value(const std::vector<std::string>& names, const Provenance& provenance) {
-    const bool newer = !names.empty() || provenance.chromaticities || !provenance.limits.empty() ||
+ordered_json version_value(bool meaning, const Provenance& provenance) {
+    const bool newer = meaning || provenance.chromaticities || !provenance.limits.empty() ||
                        provenance.file_bytes > 0 || !provenance.maps.empty();
     return ordered_json::array({model_format_version, newer ? minor_version : 0});
 }
 
-ordered_json names_value(const std::vector<std::string>& names) {
-    ordered_json value = ordered_json::array();
-    for (const std::string& name : names) value.push_back(valid_utf8(name));
-    return value;
+void put_plane_meanings(ordered_json& value, const std::vector<std::string>& names,
+                        const std::vector<ColourSpace>& spaces) {
+    for (const std::string& each : names) value["names"].push_back(valid_utf8(each));
+    for (const ColourSpace each : spaces) value["plane_colour_spaces"].push_back(name(each));
 }
 
 ordered_json model_value(const TextureModel& model) {
     ordered_json value;
     value["format"] = texture_format;
-    value["version"] = version_value(model.names, model.provenance);
+    value["version"] = version_value(!model.names.empty() || !model.plane_spaces.empty(), model.provenance);
     value["model"] = name(model.kind);
     value["size"] = size_value(model.size);
     value["planes"] = model.planes;
     value["colour_space"] = name(model.space);
-    if (!model.names.empty()) value["names"] = names_value(model.names);
+    put_plane_meanings(value, model.names, model.plane_spaces);
     value["factor"] = model.factor;
     value["noise"] = name(model.noise);
     value["mean"] = model.mean;
@@ -382,6 +383,22 @@ std::vector<std::string> read_names(Object& object, int planes, const Context& c
     return names;
 }
 
+std::vector<ColourSpace> read_plane_spaces(Object& object, int planes, const Context& context) {
+    if (!object.has("plane_colour_spaces")) return {};
+    const std::vector<std::string> words = object.get_list("plane_colour_spaces", text);
+    std::vector<ColourSpace> spaces;
+    for (const std::string& word : words) {
+        const auto known = find_value<ColourSpace>(word);
+        if (!known)
+            fail(context, object.path("plane_colour_spaces") + " has '" + valid_utf8(word) + "', none of " +
+                              words_of<ColourSpace>(", ", " and "));
+        spaces.push_back(*known);
+    }
+    if (spaces.size() != static_cast<std::size_t>(std::max(planes, 0)))
+        fail(context, object.path("plane_colour_spaces") + " has another length than 'planes'");
+    return spaces;
+}
+
 TextureModel model_from(const json& value, const std::string& place, Context context) {
     Object object(value, place, context);
     read_version(object, texture_format, context);
@@ -391,6 +408,7 @@ TextureModel model_from(const json& value, const std::string& place, Context con
     model.planes = object.get("planes", integer);
     model.space = object.get_name<ColourSpace>("colour_space");
     model.names = read_names(object, model.planes, context);
+    model.plane_spaces = read_plane_spaces(object, model.planes, context);
     model.factor = object.get("factor", integer);
     model.noise = object.get_name<NoiseForm>("noise");
     model.mean = object.get_list("mean", real);

@@ -18,9 +18,11 @@ inline constexpr const char* compound_format = "btfield-compound";
 [[nodiscard]] nlohmann::ordered_json size_value(Size size);
 [[nodiscard]] nlohmann::ordered_json provenance_value(const Provenance& provenance);
 /// 1.1 where the file has keys that 1.0 did not have.
-[[nodiscard]] nlohmann::ordered_json version_value(const std::vector<std::string>& names,
-                                                   const Provenance& provenance);
-[[nodiscard]] nlohmann::ordered_json names_value(const std::vector<std::string>& names);
+/// \param meaning  whether it has names or spaces of planes
+[[nodiscard]] nlohmann::ordered_json version_value(bool meaning, const Provenance& provenance);
+/// `names` and `plane_colour_spaces`, where there are any.
+void put_plane_meanings(nlohmann::ordered_json& value, const std::vector<std::string>& names,
+                        const std::vector<ColourSpace>& spaces);
 [[nodiscard]] nlohmann::ordered_json model_value(const TextureModel& model);
 /// JSON text for people: objects indented, arrays of numbers on one line.
 [[nodiscard]] std::string printed(const nlohmann::ordered_json& value);
@@ -33,6 +35,9 @@ void read_version(json_reading::Object& object, const std::string& expected, jso
 /// Of the optional key `names`.
 [[nodiscard]] std::vector<std::string> read_names(json_reading::Object& object, int planes,
                                                   const json_reading::Context& context);
+/// Of the optional key `plane_colour_spaces`.
+[[nodiscard]] std::vector<ColourSpace> read_plane_spaces(json_reading::Object& object, int planes,
+                                                         const json_reading::Context& context);
 /// \param place of the model in its file, for messages
 /// \throws InputError
 [[nodiscard]] TextureModel model_from(const nlohmann::json& value, const std::string& place,

@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/colour.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -41,17 +42,7 @@ bool has_channel(const Texts& names, std::string_view layer, std::string_view la
     });
 }
 
-bool is_alpha(const Texts& names, std::size_t channel) {
-    const Split parts = split(names[channel]);
-    const std::string last = lower(parts.last);
-    const bool coloured = last == "ar" || last == "ag" || last == "ab";
-    if (coloured) return has_channel(names, parts.layer, last.substr(1));
-    if (last == "alpha") return names.size() > 1;
-    if (last != "a") return false;
-    const bool lab = has_channel(names, parts.layer, "l") && has_channel(names, parts.layer, "b") &&
-                     !has_channel(names, parts.layer, "r");
-    return names.size() > 1 && !lab;
-}
+bool is_alpha(const Texts& names, std::size_t channel);
 
 /// 'R', 'G', 'B', 'X', 'Y' or 'Z', and what stands before it; 0 for other names.
 std::pair<std::string_view, char> role_of(std::string_view name) {
@@ -70,6 +61,33 @@ std::pair<std::string_view, char> role_of(std::string_view name) {
     return {before, known ? role : '\0'};
 }
 
+/// Whether a channel beside which an alpha stands is something that light has: red, grey, a wavelength, a
+/// band with its number. Blue or green alone may be a letter like any other.
+bool is_light(const std::string& name) {
+    const std::string last = lower(split(name).last);
+    const bool numbered = last.size() > 1 && std::isdigit(static_cast<unsigned char>(last.back())) != 0;
+    if (numbered || wavelength_of(name)) return true;
+    const char role = role_of(name).second;
+    return role == 'R' || role == 'Y' || last == "l" || last == "luminance";
+}
+
+/// A layer's alpha stands beside its colours; that of the whole picture, A, beside layers of colours. Among
+/// letters and words of other kinds, a, b and c, it is data.
+bool is_alpha(const Texts& names, std::size_t channel) {
+    const Split parts = split(names[channel]);
+    const std::string last = lower(parts.last);
+    const bool coloured = last == "ar" || last == "ag" || last == "ab";
+    if (coloured) return has_channel(names, parts.layer, last.substr(1));
+    if (last == "alpha") return names.size() > 1 && !has_channel(names, parts.layer, "beta");
+    if (last != "a") return false;
+    const bool lab = has_channel(names, parts.layer, "l") && has_channel(names, parts.layer, "b") &&
+                     !has_channel(names, parts.layer, "r");
+    const bool whole = parts.layer.empty() && names[channel] == "A";
+    return !lab && std::ranges::any_of(names, [&](const std::string& name) {
+        return (split(name).layer == parts.layer || whole) && is_light(name);
+    });
+}
+
 /// Planes in the order of `letters` when their names are these, all behind the same text.
 std::optional<std::vector<int>> as_colours(const Texts& names, const std::vector<int>& planes,
                                            std::string_view letters) {
@@ -83,6 +101,16 @@ std::optional<std::vector<int>> as_colours(const Texts& names, const std::vector
         ordered[place] = channel;
     }
     return ordered;
+}
+
+/// Whether a layer's name, with its full stop, says that its R, G and B are no colours.
+bool holds_data(std::string_view before) {
+    while (before.ends_with('.')) before.remove_suffix(1);
+    static constexpr std::array<std::string_view, 23> words{
+        "n",     "normal",    "normals",   "nor",          "nrm",       "p",       "position", "pos",
+        "depth", "height",    "disp",      "displacement", "bump",      "motion",  "velocity", "vector",
+        "uv",    "roughness", "metalness", "metallic",     "occlusion", "opacity", "id"};
+    return std::ranges::find(words, lower(split(before).last)) != words.end();
 }
 
 /// Names that every nameless picture of so many planes gets in a file.
@@ -182,8 +210,24 @@ std::vector<std::array<int, 3>> colour_layers(const std::vector<std::string>& na
     }
     std::vector<std::array<int, 3>> whole;
     for (const auto& [before, planes] : layers)
-        if (std::ranges::none_of(planes, [](int plane) { return plane < 0; })) whole.push_back(planes);
+        if (!holds_data(before) && std::ranges::none_of(planes, [](int plane) { return plane < 0; }))
+            whole.push_back(planes);
     return whole;
+}
+
+std::vector<ColourSpace> spaces_of_channels(const std::vector<std::string>& names) {
+    std::vector<ColourSpace> spaces(names.size(), ColourSpace::unspecified);
+    for (const std::array<int, 3>& layer : colour_layers(names))
+        for (const int channel : layer) spaces[static_cast<std::size_t>(channel)] = ColourSpace::linear;
+    const auto at = [&](std::string_view name) {
+        return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+    };
+    const std::size_t x = at("X"), y = at("Y"), z = at("Z");
+    if (x < names.size() && y < names.size() && z < names.size())
+        spaces[x] = spaces[y] = spaces[z] = ColourSpace::xyz;
+    else if (y < names.size() && x == names.size())
+        spaces[y] = ColourSpace::linear;
+    return spaces;
 }
 
 std::optional<double> wavelength_of(std::string_view name) {
@@ -248,7 +292,10 @@ void keep_planes(Picture& picture, const ChannelPlan& plan) {
     if (plan.planes == same) return;
     const int count = static_cast<int>(plan.planes.size());
     const bool colour = count == 3 && picture.image.planes() == 3;
+    std::vector<ColourSpace> spaces;
+    for (int p = 0; p < picture.image.planes(); ++p) spaces.push_back(picture.image.plane_space(p));
     Image kept(picture.image.size(), count, colour ? picture.image.space() : ColourSpace::unspecified);
+    if (!colour) kept.set_plane_spaces(spaces_of(spaces, plan.planes));
     for (int p = 0; p < count; ++p)
         std::ranges::copy(picture.image.plane(plan.planes[static_cast<std::size_t>(p)]),
                           kept.plane(p).begin());

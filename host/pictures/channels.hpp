@@ -46,7 +46,12 @@ void keep_planes(Picture& picture, const ChannelPlan& plan);
 /// a name that says nothing of the kind.
 [[nodiscard]] std::string kind_of_name(std::string_view name);
 
-/// Red, green and blue of each layer that has all three.
+/// What each channel of a file of linear light holds, by its name: colours of each layer that has all three,
+/// X, Y and Z without a layer, Y without X (grey). Unspecified: the rest.
+[[nodiscard]] std::vector<ColourSpace> spaces_of_channels(const std::vector<std::string>& names);
+
+/// Red, green and blue of each layer that has all three, without those whose names say that they are no
+/// colours: normals, positions, roughness and the like.
 [[nodiscard]] std::vector<std::array<int, 3>> colour_layers(const std::vector<std::string>& names);
 
 }  // namespace btfield::detail

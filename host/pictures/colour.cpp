@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "host/base/text.hpp"
+
 namespace btfield::detail {
 namespace {
 
@@ -96,6 +98,59 @@ void encode_srgb(Image& image) {
 
 void decode_srgb(Image& image) {
     for (float& value : image.values()) value = static_cast<float>(srgb_decoded(value));
+}
+
+std::string defect_of(std::span<const ColourSpace> spaces, int planes) {
+    if (!spaces.empty() && spaces.size() != static_cast<std::size_t>(std::max(planes, 0)))
+        return counted(spaces.size(), "colour space") + " for " + counted(planes, "plane");
+    std::size_t row = 0;
+    for (std::size_t p = 0; p <= spaces.size(); ++p) {
+        const bool xyz = p < spaces.size() && spaces[p] == ColourSpace::xyz;
+        if (!xyz && row % 3 != 0) return "xyz of " + counted(row, "plane") + " in a row";
+        row = xyz ? row + 1 : 0;
+    }
+    return {};
+}
+
+std::vector<ColourSpace> spaces_of(std::span<const ColourSpace> spaces, std::span<const int> planes) {
+    std::vector<ColourSpace> result;
+    for (const int p : planes)
+        result.push_back(p >= 0 && static_cast<std::size_t>(p) < spaces.size()
+                             ? spaces[static_cast<std::size_t>(p)]
+                             : ColourSpace::unspecified);
+    for (std::size_t p = 0; p < result.size(); ++p) {
+        if (result[p] != ColourSpace::xyz) continue;
+        const bool row = p + 2 < result.size() && result[p + 1] == ColourSpace::xyz &&
+                         result[p + 2] == ColourSpace::xyz && planes[p + 1] == planes[p] + 1 &&
+                         planes[p + 2] == planes[p] + 2;
+        if (row)
+            p += 2;
+        else
+            result[p] = ColourSpace::unspecified;
+    }
+    return result;
+}
+
+void convert_planes(Image& image, ColourSpace to) {
+    std::vector<ColourSpace> spaces = image.plane_spaces();
+    for (std::size_t p = 0; p < spaces.size();) {
+        const std::size_t count = spaces[p] == ColourSpace::xyz ? 3 : 1;
+        const bool other = spaces[p] != to && spaces[p] != ColourSpace::unspecified;
+        if (other && (count == 3 || to != ColourSpace::xyz)) {
+            Image some(image.size(), static_cast<int>(count), spaces[p]);
+            for (std::size_t i = 0; i < count; ++i)
+                std::ranges::copy(image.plane(static_cast<int>(p + i)),
+                                  some.plane(static_cast<int>(i)).begin());
+            convert(some, to);
+            for (std::size_t i = 0; i < count; ++i) {
+                std::ranges::copy(some.plane(static_cast<int>(i)),
+                                  image.plane(static_cast<int>(p + i)).begin());
+                spaces[p + i] = to;
+            }
+        }
+        p += count;
+    }
+    image.set_plane_spaces(spaces);
 }
 
 void convert(Image& image, ColourSpace to) {

@@ -6,6 +6,9 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "btfield/image_io.hpp"
 
@@ -48,6 +51,16 @@ void transform(Image& image, const Matrix3& matrix);
 /// Linear light as sRGB-encoded values, and back; of any number of planes.
 void encode_srgb(Image& image);
 void decode_srgb(Image& image);
+
+/// What is wrong with spaces of single planes; empty: nothing.
+[[nodiscard]] std::string defect_of(std::span<const ColourSpace> spaces, int planes);
+
+/// Spaces of these planes of a picture, xyz only where its three stay in a row.
+[[nodiscard]] std::vector<ColourSpace> spaces_of(std::span<const ColourSpace> spaces,
+                                                 std::span<const int> planes);
+
+/// Colours among planes of several kinds as those of another space; the others stay.
+void convert_planes(Image& image, ColourSpace to);
 
 /// Values of the space as those of another, neither of them unspecified; XYZ has three planes.
 void convert(Image& image, ColourSpace to);

@@ -90,6 +90,7 @@ ContainerChunks webp_chunks(std::string_view bytes) {
             length = length << 8 | static_cast<unsigned char>(bytes[at + 3 + i]);
         const Bytes name = bytes.substr(at, 4), content = bytes.substr(at + 8, length);
         if (name == "ICCP") chunks.profile = content;
+        if (name == "XMP ") chunks.xmp = content;
         if (name == "EXIF") {
             constexpr Bytes head("Exif\0\0", 6);
             chunks.exif = content.starts_with(head) ? content.substr(head.size()) : content;

@@ -11,10 +11,11 @@ namespace btfield::detail {
 struct ContainerChunks {
     std::string profile;      ///< ICC; empty: none
     std::string exif;         ///< from its byte order mark on; empty: none
+    std::string xmp;          ///< of a WebP; empty: none
     std::string code_points;  ///< primaries and transfer function by ITU-T H.273, one byte each; empty: none
 };
 
-/// ICCP and EXIF of a WebP; what is damaged is passed over.
+/// ICCP, EXIF and XMP of a WebP; what is damaged is passed over.
 [[nodiscard]] ContainerChunks webp_chunks(std::string_view bytes);
 
 /// The colour properties (colr: prof, rICC, nclx) of a HEIF's first picture, or, where they belong to none,

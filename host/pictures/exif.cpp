@@ -56,7 +56,10 @@ Exif read_exif(std::string_view block) {
     if (!first) return result;
     if (const auto at = tags.find(*first, 0x0112)) {
         const auto value = tags.number(*at, 2);
-        if (value && *value >= 1 && *value <= 8) result.orientation = static_cast<int>(*value);
+        if (value && *value >= 1 && *value <= 8) {
+            result.orientation = static_cast<int>(*value);
+            result.has_orientation = true;
+        }
     }
     const auto camera = tags.list_below(*first, 0x8769);
     const auto interoperability = camera ? tags.list_below(*camera, 0xA005) : std::nullopt;
@@ -65,6 +68,21 @@ Exif read_exif(std::string_view block) {
         result.adobe_rgb = at && block.substr(std::min(*at, block.size())).starts_with("R03");
     }
     return result;
+}
+
+void take_xmp(Exif& exif, std::string_view packet) {
+    constexpr std::string_view key = "tiff:Orientation";
+    const std::size_t at = packet.find(key);
+    if (exif.has_orientation || at == std::string_view::npos) return;
+    std::string_view rest = packet.substr(at + key.size());
+    // An attribute, ="6", or an element, >6<.
+    const std::size_t digit = rest.find_first_not_of(" \t\r\n=\"'>");
+    if (digit == 0 || digit == std::string_view::npos || digit > 8) return;
+    const char value = rest[digit];
+    const bool ends = digit + 1 == rest.size() || rest[digit + 1] < '0' || rest[digit + 1] > '9';
+    if (value < '1' || value > '8' || !ends) return;
+    exif.orientation = value - '0';
+    exif.from_xmp = value != '1';
 }
 
 }  // namespace btfield::detail

@@ -10,6 +10,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/colour.hpp"
 #include "host/pictures/picture_names.hpp"
 
 namespace btfield {
@@ -79,6 +80,16 @@ void Image::set_names(std::vector<std::string> names) {
     names_ = std::move(names);
 }
 
+void Image::set_plane_spaces(std::vector<ColourSpace> spaces) {
+    if (const std::string defect = detail::defect_of(spaces, planes_); !defect.empty())
+        throw InputError("give colour spaces to the planes of a picture", defect,
+                         "give one to each plane, xyz to three in a row, or none");
+    if (std::ranges::all_of(spaces, [](ColourSpace s) { return s == ColourSpace::unspecified; }))
+        spaces.clear();
+    if (!spaces.empty()) space_ = ColourSpace::unspecified;
+    plane_spaces_ = std::move(spaces);
+}
+
 Image Image::crop(int row, int column, Size size) const {
     // Differences of non-negative ints: nothing here can overflow.
     const bool inside = row >= 0 && column >= 0 && size.height > 0 && size.width > 0 && row < size_.height &&
@@ -92,6 +103,7 @@ Image Image::crop(int row, int column, Size size) const {
     }
     Image part(size, planes_, space_);
     part.names_ = names_;
+    part.plane_spaces_ = plane_spaces_;
     const auto width = static_cast<std::size_t>(size.width);
     for (int p = 0; p < planes_; ++p) {
         for (int r = 0; r < size.height; ++r) {
@@ -109,6 +121,7 @@ Image Image::window(int row, int column, Size size) const {
                          "the picture is empty", "give one with pixels");
     Image part(size, planes_, space_);
     part.names_ = names_;
+    part.plane_spaces_ = plane_spaces_;
     const auto wrapped = [](long long value, int period) {
         return static_cast<int>((value % period + period) % period);
     };

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 /// \param place  where the values lie in the file, for the message
 void check_finite(std::span<const float> values, Crop place, const std::string& which,
-                  const std::string& asked) {
+                  const std::string& asked, const char* remedy) {
     const auto bad = std::find_if_not(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
     if (bad == values.end()) return;
     const auto at = bad - values.begin();
@@ -34,7 +34,7 @@ void check_finite(std::span<const float> values, Crop place, const std::string& 
                      which + " is " + (std::isnan(*bad) ? "NaN" : "infinite") + " at column " +
                          std::to_string(place.x + at % place.width) + ", row " +
                          std::to_string(place.y + at / place.width),
-                     "repair those pixels or crop them away");
+                     remedy);
 }
 
 /// Largest magnitude that the type can store, when rounding is taken into account.
@@ -48,7 +48,7 @@ void check_values(const Image& image, const Storage& storage, const std::string&
     const double limit = largest(storage);
     for (int p = 0; p < image.planes(); ++p) {
         check_finite(image.plane(p), {0, 0, image.width(), image.height()}, "plane " + std::to_string(p),
-                     asked);
+                     asked, "give finite values");
         for (const float v : image.plane(p)) {
             if (!(std::abs(static_cast<double>(v)) <= limit)) {
                 throw InputError(asked,
@@ -158,8 +158,44 @@ void tell_loss(const Image& image, PixelType source, const Storage& storage,
     }
 }
 
+std::string plane_list(const std::vector<int>& planes) {
+    std::string text;
+    for (std::size_t i = 0; i < planes.size(); ++i)
+        text += (i == 0 ? "" : i + 1 == planes.size() ? " and " : ", ") + std::to_string(planes[i]);
+    return text;
+}
+
+/// Grey, and colours among planes of several kinds.
+void make_planes_readable(Image& image, const Storage& storage, WriteReport& report) {
+    const bool integer = is_integer(storage.type);
+    const ColourSpace to = integer ? ColourSpace::srgb : ColourSpace::linear;
+    std::vector<ColourSpace> before = image.plane_spaces();
+    std::vector<int> changed;
+    for (std::size_t p = 0; p < before.size(); ++p) {
+        const bool stays = before[p] == ColourSpace::unspecified || before[p] == to ||
+                           (before[p] == ColourSpace::xyz && storage.format == PictureFormat::exr);
+        if (!stays) changed.push_back(static_cast<int>(p));
+    }
+    if (changed.empty()) return;
+    Image converted = image;
+    convert_planes(converted, to);
+    for (const int p : changed) {
+        std::ranges::copy(converted.plane(p), image.plane(p).begin());
+        before[static_cast<std::size_t>(p)] = to;
+    }
+    image.set_plane_spaces(before);
+    const std::string how =
+        integer ? "encoded as sRGB, as such files have it" : "made linear light, as such files have it";
+    report.remarks.push_back(image.planes() == 1
+                                 ? "its grey was " + how +
+                                       "; maps such as heights need --keep-values (WriteOptions::keep_values)"
+                                 : "the colours in planes " + plane_list(changed) + " were " + how +
+                                       "; other planes are as they were");
+}
+
 /// Values as the format's readers take them.
 void make_readable(Image& image, const Storage& storage, const WriteOptions& options, WriteReport& report) {
+    if (image.space() == ColourSpace::unspecified) return make_planes_readable(image, storage, report);
     const ColourSpace from = image.space();
     if (from == ColourSpace::xyz && image.planes() != 3) return;
     ColourSpace to = is_integer(storage.type) ? ColourSpace::srgb : ColourSpace::linear;
@@ -188,12 +224,13 @@ Picture read_picture(const fs::path& path, const ReadOptions& options) {
                           ? read_radiance(path, options, bytes, asked)
                           : picture_codec(asked).decode(path, format, options, bytes, asked);
     picture.file_bytes = bytes;
+    constexpr const char* repair = "repair those pixels or crop them away";
     const Crop place{options.crop ? options.crop->x : 0, options.crop ? options.crop->y : 0,
                      picture.image.width(), picture.image.height()};
     for (int p = 0; p < picture.image.planes(); ++p) {
-        check_finite(picture.image.plane(p), place, "plane " + std::to_string(p), asked);
+        check_finite(picture.image.plane(p), place, "plane " + std::to_string(p), asked, repair);
     }
-    check_finite(picture.alpha, place, "alpha", asked);
+    check_finite(picture.alpha, place, "alpha", asked, repair);
     return picture;
 }
 
@@ -221,7 +258,7 @@ WriteReport write_picture(const fs::path& path, const Image& image, const WriteO
                          "give one of each, or none");
     WriteReport report;
     std::optional<Image> readable;
-    const bool right = image.space() == ColourSpace::unspecified ||
+    const bool right = (image.space() == ColourSpace::unspecified && image.plane_spaces().empty()) ||
                        (image.space() == ColourSpace::srgb && is_integer(storage.type));
     if (!options.keep_values && !right) {
         check_values(image, {PictureFormat::tiff, PixelType::float32}, asked);

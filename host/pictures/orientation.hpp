@@ -57,6 +57,7 @@ inline void make_upright(Picture& picture, Orientation orientation) {
     const Size stored = picture.image.size();
     Image image(orientation.upright(stored), picture.image.planes(), picture.image.space());
     image.set_names(picture.image.names());
+    image.set_plane_spaces(picture.image.plane_spaces());
     for (int p = 0; p < image.planes(); ++p) orientation.turn(picture.image.plane(p), stored, image.plane(p));
     picture.image = std::move(image);
     if (picture.alpha.empty()) return;

@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/pictures/colour.hpp"
 #include "host/pictures/picture_names.hpp"
 
 namespace btfield::detail {
@@ -65,17 +66,59 @@ const Traits& traits(PictureFormat format) {
 
 }  // namespace
 
+bool says_unsupported(std::string_view message) {
+    std::string small(message);
+    std::transform(small.begin(), small.end(), small.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    constexpr std::array<std::string_view, 17> words{"not supported",
+                                                     "unsupported",
+                                                     "not implemented",
+                                                     "don't support",
+                                                     "can't handle",
+                                                     "cannot handle",
+                                                     "can not handle",
+                                                     "not allowed",
+                                                     "only supports",
+                                                     "supports only",
+                                                     "must be 1 for",
+                                                     "requires 8 bit",
+                                                     "not configured",
+                                                     "different values per sample",
+                                                     "inappropriate photometric",
+                                                     "data precision",
+                                                     "don't know how to handle"};
+    return std::ranges::any_of(words,
+                               [&](std::string_view word) { return small.find(word) != std::string::npos; });
+}
+
 std::string_view codec_name(PictureFormat format) {
     return traits(format).codec;
 }
 
-std::optional<ColourSpace> said_space(std::string_view description) {
+std::optional<std::vector<ColourSpace>> said_spaces(std::string_view description, int planes) {
     const std::size_t at = description.find(space_mark);
-    if (at == std::string_view::npos) return std::nullopt;
-    const std::string_view said = description.substr(at + space_mark.size());
-    for (const auto& [space, word] : names_of<ColourSpace>())
-        if (said.starts_with(word)) return space;
-    return std::nullopt;
+    if (at == std::string_view::npos || planes < 1) return std::nullopt;
+    std::string_view said = description.substr(at + space_mark.size());
+    said = said.substr(0, said.find('\n'));
+    std::vector<ColourSpace> spaces;
+    while (!said.empty()) {
+        const std::string_view word = said.substr(0, said.find(' '));
+        said.remove_prefix(std::min(word.size() + 1, said.size()));
+        const auto space = find_value<ColourSpace>(word);
+        if (!space) break;
+        spaces.push_back(*space);
+    }
+    const auto count = static_cast<std::size_t>(planes);
+    if (spaces.size() == 1) spaces.resize(count, spaces.front());
+    if (spaces.size() != count || !defect_of(spaces, planes).empty()) return std::nullopt;
+    return spaces;
+}
+
+std::optional<ColourSpace> said_space(std::string_view description) {
+    const auto spaces = said_spaces(description, 3);
+    if (!spaces) return std::nullopt;
+    const bool alike = spaces->at(0) == spaces->at(1) && spaces->at(0) == spaces->at(2);
+    return alike ? spaces->front() : ColourSpace::unspecified;
 }
 
 std::vector<std::string> said_names(std::string_view description) {

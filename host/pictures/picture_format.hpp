@@ -19,9 +19,16 @@ constexpr const char* use_a_complete_file = "give a complete and undamaged file"
 
 constexpr const char* convert_it = "convert it with another program first";
 
+/// Whether a codec's message says that it does not know the kind, as opposed to damage.
+[[nodiscard]] bool says_unsupported(std::string_view message);
+
 /// Of Picture::remarks.
 constexpr const char* wide_integers_remark =
     "its 32-bit integers are beyond 16777216, from where on float32 drops their last digits";
+
+/// Of Picture::remarks.
+constexpr const char* associated_alpha_remark =
+    "its colours are stored multiplied by alpha (associated alpha), and stay so";
 
 /// The last two are read, not written.
 enum class PictureFormat { png, jpeg, tiff, exr, hdr, pnm, webp, heif };
@@ -29,8 +36,12 @@ enum class PictureFormat { png, jpeg, tiff, exr, hdr, pnm, webp, heif };
 /// Stands in the description of a file whose format would suggest another colour space to the reader.
 inline constexpr std::string_view space_mark = "btfield colour space: ";
 
-/// The colour space that a description gives; nothing when it gives none.
+/// The colour space that a description gives to three planes; nothing when it gives none.
 [[nodiscard]] std::optional<ColourSpace> said_space(std::string_view description);
+
+/// Those of all planes: by one word for all, or by one for each. Nothing when it gives none, or another
+/// number of them.
+[[nodiscard]] std::optional<std::vector<ColourSpace>> said_spaces(std::string_view description, int planes);
 
 /// Stands before the names of planes in the description of a TIFF: their number, and one on each line.
 inline constexpr std::string_view names_mark = "btfield planes: ";

@@ -218,6 +218,7 @@ Picture read_pnm(const std::filesystem::path& path, const ReadOptions& options, 
     picture.type = samples.maximum > 255 ? PixelType::uint16 : PixelType::uint8;
     picture.image = Image({part.height, part.width}, samples.planes,
                           samples.planes == 3 ? ColourSpace::srgb : ColourSpace::unspecified);
+    if (samples.planes == 1) picture.image.set_plane_spaces({ColourSpace::srgb});
     const auto planes = static_cast<std::size_t>(samples.planes);
     for (std::size_t p = 0; p < planes; ++p) {
         const auto plane = picture.image.plane(static_cast<int>(p));

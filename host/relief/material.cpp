@@ -271,6 +271,12 @@ struct Planes {
     std::vector<std::string> names;
 };
 
+/// Grey of a colour map is light too.
+ColourSpace space_of(const MapPicture& map) {
+    const Image& image = map.picture.image;
+    return map.role == MapRole::colour && image.planes() == 1 ? image.plane_space(0) : image.space();
+}
+
 void add_planes(Planes& planes, MaterialMap& map, const Image& image) {
     const std::string stem = valid_utf8(std::filesystem::path(map.name).stem().string());
     constexpr std::array<const char*, 3> colours{"R", "G", "B"};
@@ -324,7 +330,7 @@ Material join_maps(Device& device, std::span<const MapPicture> maps, SurfaceEdge
         kept.name = map.name;
         kept.role = map.role;
         const bool is_relief = map.role == MapRole::normal || map.role == MapRole::height;
-        if (!is_relief) kept.space = map.picture.image.space();
+        if (!is_relief) kept.space = space_of(map);
         kept.type = map.picture.type;
         kept.file_bytes = map.picture.file_bytes;
         kept.directx = map.directx && map.role == MapRole::normal;
@@ -336,6 +342,11 @@ Material join_maps(Device& device, std::span<const MapPicture> maps, SurfaceEdge
     for (size_t p = 0; p < planes.values.size(); ++p)
         std::ranges::copy(planes.values[p], material.image.plane(static_cast<int>(p)).begin());
     material.image.set_names(planes.names);
+    std::vector<ColourSpace> spaces;
+    for (const MaterialMap& map : material.maps)
+        spaces.insert(spaces.end(), static_cast<size_t>(map.planes),
+                      map.role == MapRole::colour ? map.space : ColourSpace::unspecified);
+    material.image.set_plane_spaces(spaces);
     const std::string defect = defect_of(material.maps, material.image.planes());
     if (!defect.empty()) throw InputError(asked_join, defect, "rename a file, or leave one out");
     return material;

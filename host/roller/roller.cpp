@@ -43,6 +43,7 @@ Image apply(const SourceMap& map, const Image& picture) {
                          "give a picture that lies on the sample pixel by pixel");
     Image result(map.size, picture.planes(), picture.space());
     result.set_names(picture.names());
+    result.set_plane_spaces(picture.plane_spaces());
     for (int p = 0; p < picture.planes(); ++p) {
         const std::span<const float> from = picture.plane(p);
         const std::span<float> to = result.plane(p);

@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/pyramid_stages.hpp"
+#include "host/base/limits.hpp"
 #include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/spectrum/certificate_text.hpp"
@@ -110,6 +111,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
           modelled_(modelled_planes(model)),
           space_(model.space),
           names_(model.names),
+          plane_spaces_(model.plane_spaces),
           layout_(checked(model, size, options)),
           stages_(*device_, model.factor) {
         if (layout_.routes.front() == LevelRoute::recursion) add_recursions(model);
@@ -135,8 +137,11 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         in_batches(seeds, [&](std::span<const std::uint64_t> some, std::size_t first) {
             const DevicePlanes planes = grow(some);
             // While the device works: touching memory for the first time takes as long as a kernel.
-            for (std::size_t i = 0; i < some.size(); ++i)
-                images.emplace_back(layout_.size, planes_, space_).set_names(names_);
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                Image& image = images.emplace_back(layout_.size, planes_, space_);
+                image.set_names(names_);
+                image.set_plane_spaces(plane_spaces_);
+            }
             for (std::size_t i = 0; i < some.size(); ++i) download(planes, i, images[first + i]);
             if (progress) progress(static_cast<double>(images.size()) / static_cast<double>(seeds.size()));
         });
@@ -208,17 +213,15 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         for (int side = 16; side <= fft_longest_side / 2; side *= 2)
             for (const int candidate : {side, side + side / 2})
                 if (fits(layout_.resized(model, {candidate, candidate}), 1)) fitting = candidate;
-        const auto gigabytes = [](double count) {
-            const auto tenths = static_cast<long long>(count / 1e8);
-            return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " GB";
-        };
-        throw DeviceError("synthesise " + compact_text_of(layout_.size) + " with " + std::to_string(planes_) +
-                              " planes on device '" + device_->info().name + "'",
-                          "it takes " + gigabytes(bytes(layout_, 1)) + " where " +
-                              gigabytes(device_->memory_limit()) + " may be used, at most " +
-                              gigabytes(static_cast<double>(device_->largest_allocation())) + " in one piece",
-                          "give a size up to about " + compact_size_text(fitting, fitting) +
-                              ", allow more memory with --memory, or take a device that has more");
+        throw DeviceError(
+            "synthesise " + compact_text_of(layout_.size) + " with " + std::to_string(planes_) +
+                " planes on device '" + device_->info().name + "'",
+            "it takes " + bytes_text(bytes(layout_, 1)) + " where " + bytes_text(device_->memory_limit()) +
+                " may be used, at most " + bytes_text(static_cast<double>(device_->largest_allocation())) +
+                " in one piece",
+            (fitting > 0 ? "give a size up to about " + compact_size_text(fitting, fitting) + ", allow"
+                         : std::string("allow")) +
+                " more device memory ($BTFIELD_MEMORY), or take a device that has more");
     }
 
     /// What the level of this number adds to every pixel.
@@ -351,6 +354,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     int modelled_;  ///< of the levels
     ColourSpace space_;
     std::vector<std::string> names_;
+    std::vector<ColourSpace> plane_spaces_;
     SynthesisLayout layout_;
     PyramidStages stages_;
     int batch_ = 1;

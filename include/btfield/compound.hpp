@@ -63,6 +63,7 @@ struct CompoundModel {
     int planes = 0;
     ColourSpace space = ColourSpace::unspecified;
     std::vector<std::string> names;  ///< of the planes, as the picture has them: empty, or one for each
+    std::vector<ColourSpace> plane_spaces;  ///< Image::plane_spaces() of the picture: textures get them
     Borders borders = Borders::conditional;
     /// What the roller grows control fields of. Its regions are those of `regions`.
     ControlField control;

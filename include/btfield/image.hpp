@@ -27,7 +27,7 @@ struct Size {
 
 /// Meaning of the plane values. Models are fitted to values as they are; the space travels to the output.
 enum class ColourSpace {
-    unspecified,  ///< grey, spectral bands, heights: no colour meaning known
+    unspecified,  ///< spectral bands, heights, or planes of several kinds: Image::plane_spaces() may tell
     srgb,         ///< sRGB-encoded, as 8-bit and 16-bit pictures are unless they say otherwise
     linear,       ///< linear light, Rec. 709 primaries, as HDR pictures are unless they say otherwise
     xyz,          ///< CIE XYZ of a picture whose white is that of Rec. 709
@@ -64,7 +64,22 @@ class BTFIELD_API Image {
     [[nodiscard]] int width() const { return size_.width; }
     [[nodiscard]] int planes() const { return planes_; }
     [[nodiscard]] ColourSpace space() const { return space_; }
-    void set_space(ColourSpace space) { space_ = space; }
+    /// Of all planes: what plane_spaces() had is forgotten.
+    void set_space(ColourSpace space) {
+        space_ = space;
+        plane_spaces_.clear();
+    }
+    /// What the values of each plane are where space() is unspecified: colours beside data, grey. Empty, or
+    /// one for each plane; xyz is of three planes, X, Y and Z, one after the other. Models take no notice;
+    /// textures get it, and files are written by it.
+    [[nodiscard]] const std::vector<ColourSpace>& plane_spaces() const { return plane_spaces_; }
+    /// Those that are all unspecified are as none.
+    /// \throws InputError when there are some, but not one for each plane, or xyz is not of three in a row
+    void set_plane_spaces(std::vector<ColourSpace> spaces);
+    /// Of one plane.
+    [[nodiscard]] ColourSpace plane_space(int p) const {
+        return plane_spaces_.empty() ? space_ : plane_spaces_[static_cast<std::size_t>(p)];
+    }
     /// What the file calls its planes ("550nm", "diffuse.R"): empty, or one text per plane.
     [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
     /// \throws InputError when there are names, but not one for each plane
@@ -82,7 +97,7 @@ class BTFIELD_API Image {
     [[nodiscard]] std::span<float> values() { return values_; }
     [[nodiscard]] std::span<const float> values() const { return values_; }
 
-    /// Copy of the rectangle, with names and space; it does not wrap.
+    /// Copy of the rectangle, with names and spaces; it does not wrap.
     /// \throws InputError when it is empty or leaves the picture
     [[nodiscard]] Image crop(int row, int column, Size size) const;
     /// Part of the plane that the picture tiles: pixel (r, c) is (row + r, column + c) modulo the picture's
@@ -100,6 +115,7 @@ class BTFIELD_API Image {
     Size size_;
     int planes_ = 0;
     ColourSpace space_ = ColourSpace::unspecified;
+    std::vector<ColourSpace> plane_spaces_;
     std::vector<std::string> names_;
     std::vector<float, PictureAllocator<float>> values_;
 };

@@ -179,7 +179,8 @@ struct TextureModel {
     int planes = 0;
     ColourSpace space = ColourSpace::unspecified;
     std::vector<std::string> names;  ///< of the planes, as the picture has them: empty, or one for each
-    int factor = 2;                  ///< pyramid reduction factor n
+    std::vector<ColourSpace> plane_spaces;  ///< Image::plane_spaces() of the picture: textures get them
+    int factor = 2;                         ///< pyramid reduction factor n
     NoiseForm noise = NoiseForm::full;
     std::vector<double> mean;  ///< μ, one per plane of the picture
     /// T of 2D models and of models with marginals (theory 3): the levels model T (Y − μ). Without planes

@@ -106,6 +106,50 @@ TEST_F(CliPictures, LinearLightIsEncodedForScreensAndSrgbMadeLinear) {
     EXPECT_NEAR(mean(kept) / encoded, 1.0, 0.05);
 }
 
+TEST_F(CliPictures, ColoursBesideDataAreEncodedAndTold) {
+    put_exr("a.exr", {"R", "G", "B", "Z"});
+    EXPECT_EQ(object({"fit", "a.exr", "-o", "a.json"})["plane_colour_spaces"],
+              json({"linear", "linear", "linear", "unspecified"}));
+    object({"synth", "a.json", "-o", "o.tif", "--type", "uint16"});
+    EXPECT_NE(err_.find("planes 0, 1 and 2 were encoded as sRGB"), std::string::npos) << err_;
+    object({"synth", "a.json", "-o", "o.exr"});
+    EXPECT_EQ(err_, "");
+    const Image screen = read_picture(folder_ / "o.tif").image, light = read_picture(folder_ / "o.exr").image;
+    for (std::size_t i = 0; i < area(light.size()); ++i) {
+        const double value = std::clamp(static_cast<double>(light.plane(1)[i]), 0.0, 1.0);
+        ASSERT_NEAR(screen.plane(1)[i], detail::srgb_encoded(value), 1e-4);
+    }
+    EXPECT_NE(run({"info", "a.json"}).out.find("linear in planes 0, 1, 2"), std::string::npos);
+    // What edits, rolls and compound models make of it knows it too.
+    object({"roll", "a.exr", "-o", "r.tif", "--type", "uint16", "--size", "32"});
+    EXPECT_NE(err_.find("encoded as sRGB"), std::string::npos) << err_;
+    EXPECT_EQ(object({"compound", "fit", "a.exr", "-o", "c.json", "--regions", "2", "--levels",
+                      "1"})["plane_colour_spaces"],
+              json({"linear", "linear", "linear", "unspecified"}));
+    object({"synth", "c.json", "-o", "c.tif", "--type", "uint16"});
+    EXPECT_NE(err_.find("encoded as sRGB"), std::string::npos) << err_;
+}
+
+TEST_F(CliPictures, GreyOfMapsStaysAsItIs) {
+    const std::filesystem::path grass = data / "grass.png";
+    std::filesystem::copy_file(grass, folder_ / "lawn.png");
+    std::filesystem::copy_file(grass, folder_ / "lawn_height.png");
+    const double encoded = mean(read_picture(grass).image);
+    const auto grown = [&](const std::string& name) {
+        object({"fit", name + ".png", "-o", name + ".json", "--levels", "1", "--order", "1"});
+        object({"synth", name + ".json", "-o", name + ".exr"});
+        return mean(read_picture(folder_ / (name + ".exr")).image);
+    };
+    EXPECT_LT(grown("lawn"), 0.8 * encoded);
+    EXPECT_NE(err_.find("grey was made linear light"), std::string::npos) << err_;
+    EXPECT_NE(err_.find("--keep-values"), std::string::npos) << err_;
+    EXPECT_NEAR(grown("lawn_height") / encoded, 1.0, 0.05);
+    EXPECT_EQ(err_, "");
+    object({"synth", "lawn.json", "-o", "kept.exr", "--keep-values"});
+    EXPECT_NEAR(mean(read_picture(folder_ / "kept.exr").image) / encoded, 1.0, 0.05);
+    EXPECT_EQ(err_, "");
+}
+
 TEST_F(CliPictures, TypesFollowThePictureUnlessAskedFor) {
     put_exr("a.exr", {"height"});
     object({"fit", "a.exr", "-o", "a.json"});

@@ -66,6 +66,24 @@ TEST(Channels, AlphaOfEveryLayerIsSetAside) {
     // CIE L*a*b*, and a picture that is nothing else.
     EXPECT_EQ(planes_of({"L", "a", "b"}), (Texts{"L", "a", "b"}));
     EXPECT_EQ(planes_of({"A"}), (Texts{"A"}));
+    // Alpha of nothing that has colours is a plane like the others.
+    EXPECT_EQ(planes_of({"a", "b", "c"}), (Texts{"a", "b", "c"}));
+    EXPECT_EQ(planes_of({"A", "B", "C"}), (Texts{"A", "B", "C"}));
+    EXPECT_EQ(planes_of({"UV.A", "UV.U", "UV.V"}), (Texts{"UV.A", "UV.U", "UV.V"}));
+    EXPECT_EQ(planes_of({"alpha", "beta", "gamma"}), (Texts{"alpha", "beta", "gamma"}));
+    EXPECT_EQ(planes_of({"A", "diffuse.R", "diffuse.G", "diffuse.B"}),
+              (Texts{"diffuse.R", "diffuse.G", "diffuse.B"}));
+    EXPECT_EQ(planes_of({"450nm", "550nm", "A"}), (Texts{"450nm", "550nm"}));
+}
+
+TEST(Channels, ColoursStandInWholeLayers) {
+    using enum ColourSpace;
+    EXPECT_EQ(spaces_of_channels({"R", "G", "B", "Z", "normal.R", "normal.G", "normal.B"}),
+              (std::vector{linear, linear, linear, unspecified, unspecified, unspecified, unspecified}));
+    EXPECT_EQ(spaces_of_channels({"R", "G"}), (std::vector{unspecified, unspecified}));
+    EXPECT_EQ(spaces_of_channels({"Y", "Z"}), (std::vector{linear, unspecified}));
+    EXPECT_EQ(spaces_of_channels({"X", "Y", "Z"}), (std::vector(3, xyz)));
+    EXPECT_EQ(spaces_of_channels({"height"}), (std::vector{unspecified}));
 }
 
 TEST(Channels, AreChosenByNameLayerAndNumber) {

@@ -98,6 +98,20 @@ TEST_F(ColourProfile, PngGamma) {
     EXPECT_EQ(png({}, 0).image.space(), ColourSpace::unspecified);
 }
 
+TEST_F(ColourProfile, PngOfNarrowRangeBecomesFull) {
+    const auto codes = [](char matrix, char full) {
+        return png_chunk("cICP", std::string{'\1', '\15', matrix, full});
+    };
+    const Picture narrow = png(codes('\0', '\0'));
+    EXPECT_EQ(narrow.image.space(), ColourSpace::srgb);
+    EXPECT_NEAR(narrow.image.at(0, 0, 0), (200 - 16) / 219.0, 1e-6);
+    EXPECT_NEAR(narrow.image.at(2, 0, 0), (50 - 16) / 219.0, 1e-6);
+    ASSERT_EQ(narrow.remarks.size(), 1U);
+    EXPECT_NE(narrow.remarks[0].find("narrow"), std::string::npos);
+    expect_untouched(png(codes('\0', '\0'), 2, true), ColourSpace::unspecified);
+    EXPECT_EQ(png(codes('\1', '\1')).remarks.size(), 1U);  // YCbCr, which no PNG is
+}
+
 TEST_F(ColourProfile, PngPrimariesAndCodePoints) {
     expect_untouched(png(primaries_chunk(detail::rec709)), ColourSpace::srgb);
     const auto expected = converted(display_p3, [](double v) { return srgb_decoded(v); });

@@ -258,6 +258,28 @@ TEST_F(ForeignPictures, TiffOfStripsAndTilesOfPlanesBesideEachOtherAndApart) {
         }
 }
 
+TEST_F(ForeignPictures, XmpTurnsWhereExifIsSilent) {
+    const std::string key("XML:com.adobe.xmp\0", 18);
+    const std::string packet = "<x:xmpmeta><rdf:Description tiff:Orientation=\"6\"/></x:xmpmeta>";
+    const std::string element = "<tiff:Orientation>6</tiff:Orientation>";
+    const auto png = [&](const std::string& chunks) {
+        return read("a.png", test::png_bytes({1, 2}, 0, "\x10\x20", chunks));
+    };
+    for (const std::string& content :
+         {key + std::string(4, '\0') + packet, key + std::string(4, '\0') + element,
+          key + std::string("\1\0\0\0", 4) + test::deflated(packet)}) {
+        const Picture turned = png(test::png_chunk("iTXt", content));
+        EXPECT_EQ(turned.image.size(), (Size{2, 1}));
+        ASSERT_EQ(turned.remarks.size(), 1U);
+        EXPECT_NE(turned.remarks[0].find("XMP"), std::string::npos);
+    }
+    const Picture silent = png(test::png_chunk("iTXt", key + std::string(4, '\0') + packet) +
+                               test::png_chunk("eXIf", test::exif_bytes(1)));
+    EXPECT_EQ(silent.image.size(), (Size{1, 2}));
+    EXPECT_TRUE(silent.remarks.empty());
+    EXPECT_EQ(png(test::png_chunk("iTXt", key)).image.size(), (Size{1, 2}));  // damaged
+}
+
 TEST_F(ForeignPictures, TiffPrimariesAndProfileAreConverted) {
     Image image({17, 24}, 3, ColourSpace::srgb);
     const std::array<double, 3> values{200 / 255.0, 100 / 255.0, 50 / 255.0};

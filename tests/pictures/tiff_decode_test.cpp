@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <functional>
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
@@ -208,6 +210,108 @@ TEST_F(TiffDecode, YCbCrAndLogLuvBecomeColours) {
         }
 }
 
+/// What is written with libtiff, one row of RGB or grey of 8 bits.
+std::filesystem::path written(const std::filesystem::path& path, std::vector<std::uint8_t> pixels,
+                              int samples, const std::function<void(TIFF*)>& tags) {
+    TIFF* const tiff = TIFFOpen(path.c_str(), "w");
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, static_cast<int>(pixels.size()) / samples);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 1);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, samples);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 8);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, samples == 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    tags(tiff);
+    TIFFWriteEncodedStrip(tiff, 0, pixels.data(), static_cast<tmsize_t>(pixels.size()));
+    TIFFClose(tiff);
+    return path;
+}
+
+TEST_F(TiffDecode, TransferFunctionIsConverted) {
+    std::vector<std::uint16_t> squares, straight, screens;
+    for (int i = 0; i < 256; ++i) {
+        const double v = i / 255.0;
+        squares.push_back(static_cast<std::uint16_t>(std::lround(65535.0 * v * v)));
+        straight.push_back(static_cast<std::uint16_t>(257 * i));
+        screens.push_back(static_cast<std::uint16_t>(std::lround(65535.0 * detail::srgb_decoded(v))));
+    }
+    const auto with = [&](std::vector<std::uint16_t>& table, int samples) {
+        return written(folder_ / "t.tif", {100, 200, 50}, samples, [&](TIFF* tiff) {
+            if (samples == 3)
+                TIFFSetField(tiff, TIFFTAG_TRANSFERFUNCTION, table.data(), table.data(), table.data());
+            else
+                TIFFSetField(tiff, TIFFTAG_TRANSFERFUNCTION, table.data());
+        });
+    };
+    for (const int samples : {3, 1}) {
+        const Picture picture = read_picture(with(squares, samples));
+        EXPECT_NEAR(picture.image.values()[0], detail::srgb_encoded(std::pow(100 / 255.0, 2.0)), 1e-4);
+        ASSERT_EQ(picture.remarks.size(), 1U);
+        EXPECT_NE(picture.remarks[0].find("TransferFunction"), std::string::npos);
+        EXPECT_EQ(read_picture(with(straight, samples)).image.space(), ColourSpace::linear);
+        EXPECT_TRUE(read_picture(with(screens, samples)).remarks.empty());
+        EXPECT_EQ(read_picture(with(screens, samples)).image.values()[0], 100.0F / 255.0F);
+    }
+    EXPECT_EQ(read_picture(folder_ / "t.tif", {{}, {}, {}, true}).image.values()[0], 100.0F / 255.0F);
+}
+
+TEST_F(TiffDecode, ReferenceBlackWhiteAndWhitePoint) {
+    const auto with = [&](std::array<float, 6> reference) {
+        return written(folder_ / "r.tif", {16, 125, 235}, 3, [&](TIFF* tiff) {
+            TIFFSetField(tiff, TIFFTAG_REFERENCEBLACKWHITE, reference.data());
+        });
+    };
+    const Picture narrow = read_picture(with({16, 235, 16, 235, 16, 235}));
+    EXPECT_NEAR(narrow.image.at(0, 0, 0), 0.0F, 1e-6);
+    EXPECT_NEAR(narrow.image.at(1, 0, 0), 109.0F / 219.0F, 1e-6);
+    EXPECT_NEAR(narrow.image.at(2, 0, 0), 1.0F, 1e-6);
+    ASSERT_EQ(narrow.remarks.size(), 1U);
+    EXPECT_NE(narrow.remarks[0].find("ReferenceBlackWhite"), std::string::npos);
+    EXPECT_TRUE(read_picture(with({0, 255, 0, 255, 0, 255})).remarks.empty());
+    const auto white = [&](std::array<float, 2> point) {
+        return read_picture(
+                   written(folder_ / "w.tif", {1, 2, 3}, 3,
+                           [&](TIFF* tiff) { TIFFSetField(tiff, TIFFTAG_WHITEPOINT, point.data()); }))
+            .remarks;
+    };
+    EXPECT_TRUE(white({0.3127F, 0.3290F}).empty());
+    ASSERT_EQ(white({0.3457F, 0.3585F}).size(), 1U);
+    EXPECT_NE(white({0.3457F, 0.3585F})[0].find("WhitePoint"), std::string::npos);
+}
+
+TEST_F(TiffDecode, PixelsWithoutDataAreTold) {
+    const auto with = [&](const std::string& value) {
+        const std::string bytes = value + std::string(1, '\0');
+        put_bytes(
+            folder_ / "n.tif",
+            tiff_bytes({1, 2}, {{bits_tag, {8}}, {photometric, {black_is_zero}}, {42113, {0}}}, "\x07\x09"));
+        std::string file = test::bytes_of(folder_ / "n.tif");
+        // The tag as text of up to four bytes, in place.
+        const std::size_t at = file.find(little_endian(42113, 2) + little_endian(3, 2));
+        file.replace(at + 2, 2, little_endian(2, 2));
+        file.replace(at + 4, 4, little_endian(static_cast<std::uint32_t>(bytes.size())));
+        file.replace(at + 8, bytes.size(), bytes);
+        put_bytes(folder_ / "n.tif", file);
+        return read_picture(folder_ / "n.tif");
+    };
+    ASSERT_EQ(with("9").remarks.size(), 1U);
+    EXPECT_NE(with("9").remarks[0].find("GDAL_NODATA 9"), std::string::npos);
+    EXPECT_TRUE(with("8").remarks.empty());
+    EXPECT_EQ(with("8").image.at(0, 0, 1), 9.0F / 255.0F);
+}
+
+TEST_F(TiffDecode, ColoursThatWereMultipliedByAlphaAreTold) {
+    const auto with = [&](std::uint16_t kind, const std::string& pixels) {
+        return read({1, 1},
+                    {{bits_tag, {8, 8, 8, 8}}, {photometric, {rgb}}, {samples_tag, {4}}, {extra, {kind}}},
+                    pixels)
+            .remarks;
+    };
+    ASSERT_EQ(with(1, "\x10\x10\x10\x80").size(), 1U);
+    EXPECT_NE(with(1, "\x10\x10\x10\x80")[0].find("associated alpha"), std::string::npos);
+    EXPECT_TRUE(with(1, "\x10\x10\x10\xff").empty());
+    EXPECT_TRUE(with(2, "\x10\x10\x10\x80").empty());
+}
+
 TEST_F(TiffDecode, AlphaByItsKind) {
     const std::vector<TiffTag> tags{
         {bits_tag, {8, 8, 8, 8, 8}}, {photometric, {rgb}}, {samples_tag, {5}}, {extra, {0, 2}}};
@@ -295,6 +399,14 @@ TEST_F(TiffDecode, WhatIsNotSupportedIsNamed) {
     EXPECT_TRUE(
         says(refusal({1, 1}, {{bits_tag, {8}}, {photometric, {white_is_zero}}, {format_tag, {2}}}, "x"),
              "signed"));
+    for (const std::uint16_t bits : {std::uint16_t{4}, std::uint16_t{8}})
+        EXPECT_TRUE(says(refusal({1, 2}, {{bits_tag, {bits}}, {photometric, {palette}}}, "xy"), "palette"))
+            << bits;
+    EXPECT_TRUE(
+        says(refusal({1, 2}, {{bits_tag, {4, 4, 4}}, {photometric, {cielab}}, {samples_tag, {3}}}, "xyz"),
+             "L*a*b*"));
+    EXPECT_TRUE(says(refusal({1, 1}, {{bits_tag, {5, 6, 5}}, {photometric, {rgb}}, {samples_tag, {3}}}, "xy"),
+                     "not supported"));
     // Damage is another thing.
     EXPECT_NE(refusal({90, 90}, {{bits_tag, {8}}, {photometric, {black_is_zero}}}, "x").find("undamaged"),
               std::string::npos);

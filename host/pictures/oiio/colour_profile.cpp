@@ -156,7 +156,10 @@ void finish(Picture& picture, bool linear) {
         return;
     }
     encode_srgb(picture.image);
-    picture.image.set_space(picture.image.planes() == 3 ? ColourSpace::srgb : ColourSpace::unspecified);
+    if (picture.image.planes() == 3)
+        picture.image.set_space(ColourSpace::srgb);
+    else
+        picture.image.set_plane_spaces({ColourSpace::srgb});
 }
 
 void apply_profile(Picture& picture, const std::string& profile, bool keep_values) {
@@ -184,8 +187,27 @@ void apply_profile(Picture& picture, const std::string& profile, bool keep_value
                               title_of(conversion.profile()));
 }
 
+/// By straight lines between what the curve has.
+double on_curve(const std::vector<double>& curve, double value) {
+    const double place = std::clamp(value, 0.0, 1.0) * static_cast<double>(curve.size() - 1);
+    const auto below = std::min(static_cast<std::size_t>(place), curve.size() - 2);
+    const double part = place - static_cast<double>(below);
+    return (1.0 - part) * curve[below] + part * curve[below + 1];
+}
+
+/// Black and white of narrow range to 0 and 1.
+void widen(Picture& picture) {
+    const double steps = picture.type == PixelType::uint16 ? 256.0 : 1.0;
+    const double top = picture.type == PixelType::uint16 ? 65535.0 : 255.0;
+    for (float& value : picture.image.values())
+        value = static_cast<float>((static_cast<double>(value) * top - 16.0 * steps) / (219.0 * steps));
+    picture.remarks.emplace_back(
+        "its values are of narrow range (black at 16, white at 235), and became full");
+}
+
 /// Value as linear light.
-double light_of(double value, const ColourMeaning& meaning, bool integer) {
+double light_of(double value, const ColourMeaning& meaning, const std::vector<double>& curve, bool integer) {
+    if (curve.size() > 1) return on_curve(curve, value);
     if (meaning.exponent) return value < 0.0 ? value : std::pow(value, *meaning.exponent);
     if (meaning.rec709_curve)
         return value < 0.081 ? value / 4.5 : std::pow((value + 0.099) / 1.099, 1.0 / 0.45);
@@ -206,6 +228,8 @@ void convert_cmyk(Picture& picture, bool keep_values) {
 
 void apply_meaning(Picture& picture, const ColourMeaning& meaning, bool keep_values) {
     const int planes = picture.image.planes();
+    if (meaning.narrow_range && keep_values) return picture.image.set_space(ColourSpace::unspecified);
+    if (meaning.narrow_range) widen(picture);
     if (!meaning.profile.empty() && (planes == 1 || planes == 3 || planes == 4)) {
         apply_profile(picture, meaning.profile, keep_values);
         return;
@@ -215,7 +239,8 @@ void apply_meaning(Picture& picture, const ColourMeaning& meaning, bool keep_val
     const bool other_primaries =
         planes == 3 && meaning.primaries && !same_primaries(*meaning.primaries, rec709, 4e-3);
     const bool light = meaning.exponent && std::abs(*meaning.exponent - 1.0) < 0.01;
-    if (!other_primaries && !meaning.exponent && !meaning.rec709_curve) return;
+    const bool curves = meaning.curves.front().size() > 1;
+    if (!other_primaries && !meaning.exponent && !meaning.rec709_curve && !curves) return;
     if (light && !other_primaries) {
         picture.image.set_space(ColourSpace::linear);
         return;
@@ -224,8 +249,10 @@ void apply_meaning(Picture& picture, const ColourMeaning& meaning, bool keep_val
         picture.image.set_space(ColourSpace::unspecified);
         return;
     }
-    for (float& value : picture.image.values())
-        value = static_cast<float>(light_of(static_cast<double>(value), meaning, integer));
+    for (int p = 0; p < planes; ++p)
+        for (float& value : picture.image.plane(p))
+            value = static_cast<float>(light_of(static_cast<double>(value), meaning,
+                                                meaning.curves.at(static_cast<std::size_t>(p)), integer));
     if (other_primaries) {
         if (const auto matrix = rec709_from(*meaning.primaries)) {
             transform(picture.image, *matrix);

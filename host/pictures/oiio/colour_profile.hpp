@@ -4,9 +4,11 @@
 /// What a file says of its colours beside their numbers, turned into the library's own spaces: ICC profiles
 /// through Little CMS, primaries and exponents by themselves.
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "btfield/image_io.hpp"
 #include "host/pictures/colour.hpp"
@@ -21,6 +23,10 @@ struct ColourMeaning {
     std::optional<double> exponent;
     /// The curve of ITU-R BT.709 leads to linear light instead.
     bool rec709_curve = false;
+    /// Light of stored values from 0 to 1, evenly spaced, of each plane, instead; empty: none.
+    std::array<std::vector<double>, 3> curves;
+    /// 16/255 is black and 235/255 white, of more bits accordingly.
+    bool narrow_range = false;
     std::string said_by;  ///< "from what its gAMA says", for remarks
 };
 

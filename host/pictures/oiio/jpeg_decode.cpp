@@ -28,6 +28,7 @@ struct JpegMarkers {
     std::string missing_end;  ///< where the file breaks off before its end mark; empty when it is complete
     std::string profile;      ///< ICC, put together from its pieces; empty: none or damaged
     std::string exif;         ///< from its byte order mark on; empty: none
+    std::string xmp;          ///< empty: none
     bool adobe = false;       ///< written by a program of Adobe: inks are stored the other way round
 };
 
@@ -82,6 +83,8 @@ class MarkerReader {
         constexpr auto icc = "ICC_PROFILE\0"sv;
         if (marker == 0xE1 && content.starts_with(exif) && markers_.exif.empty())
             markers_.exif = content.substr(exif.size());
+        if (marker == 0xE1 && content.starts_with(jpeg_xmp_mark) && markers_.xmp.empty())
+            markers_.xmp = content.substr(jpeg_xmp_mark.size());
         if (marker == 0xEE && content.starts_with("Adobe")) markers_.adobe = true;
         if (marker == 0xE2 && content.starts_with(icc) && content.size() > icc.size() + 2) {
             pieces_ = static_cast<unsigned char>(content[icc.size() + 1]);
@@ -176,6 +179,7 @@ class JpegFile {
         const int planes = state_.codec.num_components;
         Image image({crop.height, crop.width}, planes,
                     planes == 3 ? ColourSpace::srgb : ColourSpace::unspecified);
+        if (planes == 1) image.set_plane_spaces({ColourSpace::srgb});
         std::vector<JSAMPLE> row(static_cast<std::size_t>(size().width) * static_cast<std::size_t>(planes));
         if (!read_rows(state_, row.data(), crop, image)) refuse();
         return image;
@@ -184,8 +188,7 @@ class JpegFile {
   private:
     [[noreturn]] void refuse() const {
         const std::string why = valid_utf8(state_.message);
-        const bool unknown =
-            why.find("nsupported") != std::string::npos || why.find("not supported") != std::string::npos;
+        const bool unknown = says_unsupported(why);
         throw InputError(
             asked_,
             unknown ? "it is of a kind that is not supported (" + why + ")" : "it is damaged (" + why + ")",
@@ -232,7 +235,8 @@ Picture decode_jpeg(const std::filesystem::path& path, const ReadOptions& option
     const Size size = file.size();
     check_packing(size, 4.0 * size.width, file_bytes, asked);
     static_cast<void>(chosen_part({{{}, compact_text_of(size), false}}, options.part, asked));
-    const Exif exif = read_exif(markers.exif);
+    Exif exif = read_exif(markers.exif);
+    take_xmp(exif, markers.xmp);
     const Orientation orientation(exif.orientation);
     const Crop crop = checked_crop(options.crop, orientation.upright(size), asked);
     Picture picture;
@@ -243,6 +247,7 @@ Picture decode_jpeg(const std::filesystem::path& path, const ReadOptions& option
     }
     apply_colours(picture, markers, exif, options.keep_values);
     make_upright(picture, orientation);
+    if (exif.from_xmp) picture.remarks.emplace_back(xmp_orientation_remark);
     std::vector<std::string> names = channel_names(picture.image.planes());
     if (picture.image.planes() == 4) names = {"C", "M", "Y", "K"};
     keep_planes(picture, plan_channels(names, options.planes, -1, asked));

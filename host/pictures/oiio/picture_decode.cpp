@@ -93,13 +93,8 @@ void check_header(const OIIO::ImageSpec& spec, std::uintmax_t file_bytes, const 
 /// What the codec says, told apart: a kind that it does not know, or damage.
 [[noreturn]] void refuse_codec(OIIO::ImageInput& input, const char* otherwise, const std::string& asked) {
     const std::string found = message_of(input, otherwise);
-    std::string small = found;
-    std::transform(small.begin(), small.end(), small.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const bool unknown = std::ranges::any_of(
-        std::array<std::string_view, 4>{"not supported", "unsupported", "not implemented", "don't support"},
-        [&](std::string_view word) { return small.find(word) != std::string::npos; });
-    if (unknown) throw InputError(asked, "it is of a kind that is not supported (" + found + ")", convert_it);
+    if (says_unsupported(found))
+        throw InputError(asked, "it is of a kind that is not supported (" + found + ")", convert_it);
     throw InputError(asked, found, use_a_complete_file);
 }
 
@@ -284,8 +279,13 @@ void understand_exr(const OIIO::ImageSpec& spec, const ReadOptions& options, Pic
         }
     }
     const bool several = picture.image.planes() > 1 && picture.image.space() == ColourSpace::unspecified;
-    if (given && several && !options.keep_values && !same_primaries(*given, rec709))
-        convert_layers(*given, picture);
+    const bool converted = std::ranges::count(picture.image.plane_spaces(), ColourSpace::xyz) > 0;
+    if (given && several && !converted && !same_primaries(*given, rec709)) {
+        if (options.keep_values)
+            picture.image.set_plane_spaces({});
+        else
+            convert_layers(*given, picture);
+    }
     if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
         spec.height != spec.full_height)
         picture.remarks.push_back("its data window, " + compact_size_text(spec.width, spec.height) +
@@ -341,6 +341,7 @@ struct Surroundings {
 Surroundings surroundings_of(const ContainerChunks& chunks, const std::string& asked) {
     Surroundings result;
     result.exif = read_exif(chunks.exif);
+    take_xmp(result.exif, chunks.xmp);
     if (!chunks.profile.empty()) {
         result.meaning.profile = chunks.profile;
     } else if (!chunks.code_points.empty()) {
@@ -357,6 +358,7 @@ Surroundings surroundings_of(const std::filesystem::path& path, PictureFormat fo
     if (format == PictureFormat::png) {
         result.meaning = meaning_of(chunks, result.remark, asked);
         result.exif = read_exif(chunks.exif);
+        take_xmp(result.exif, xmp_packet(chunks.xmp));
     }
     return result;
 }
@@ -372,9 +374,12 @@ Picture read_colours(OpenFile& file, PictureFormat format, const Surroundings& a
     const ChannelPlan all = plan_channels(names, {}, spec.alpha_channel, asked);
     Picture picture = read_crop({*file.input, spec, file.part, 0, spec.nchannels}, format, all,
                                 orientation.stored(crop, size), asked);
-    const bool said = said_space(spec.get_string_attribute("ImageDescription")).has_value();
+    const auto said = said_spaces(spec.get_string_attribute("ImageDescription"), picture.image.planes());
+    if (picture.image.planes() == 1)
+        picture.image.set_plane_spaces(said.value_or(std::vector{ColourSpace::srgb}));
     if (!said) apply_meaning(picture, around.meaning, options.keep_values);
     if (!around.remark.empty()) picture.remarks.push_back(around.remark);
+    if (around.exif.from_xmp) picture.remarks.emplace_back(xmp_orientation_remark);
     make_upright(picture, orientation);
     if (options.planes.empty()) return picture;
     const ChannelPlan plan = plan_channels(names, options.planes, spec.alpha_channel, asked);
@@ -397,6 +402,13 @@ Picture read_named(OpenFile& file, PictureFormat format, const ReadOptions& opti
     const Crop crop = checked_crop(options.crop, {spec.height, spec.width}, asked);
     Picture picture = read_crop({*file.input, spec, file.part, 0, spec.nchannels}, format, plan, crop, asked);
     picture.image.set_names(plan.names);
+    if (std::ranges::any_of(picture.alpha, [](float a) { return a != 1.0F; }))
+        picture.remarks.emplace_back(associated_alpha_remark);
+    if (picture.image.space() == ColourSpace::unspecified) {
+        const auto said = said_spaces(spec.get_string_attribute("ImageDescription"), picture.image.planes());
+        picture.image.set_plane_spaces(said ? *said
+                                            : spaces_of(spaces_of_channels(spec.channelnames), plan.planes));
+    }
     understand_exr(spec, options, picture);
     return picture;
 }

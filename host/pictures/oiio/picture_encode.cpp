@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/pictures/channels.hpp"
 #include "host/pictures/oiio/oiio_handle.hpp"
 #include "host/pictures/pixel_values.hpp"
 
@@ -93,11 +94,34 @@ OIIO::TypeDesc::BASETYPE codec_type(PixelType type) {
     return OIIO::TypeDesc::FLOAT;
 }
 
-/// The space that a reader assumes when the file does not say.
-ColourSpace assumed_space(const Storage& storage, int planes) {
-    if (planes != 3) return ColourSpace::unspecified;
+std::vector<ColourSpace> spaces_of_planes(const Image& image) {
+    std::vector<ColourSpace> spaces;
+    for (int p = 0; p < image.planes(); ++p) spaces.push_back(image.plane_space(p));
+    return spaces;
+}
+
+/// The space of each plane that a reader assumes when the file does not say.
+/// \param channels  of the file
+std::vector<ColourSpace> assumed_spaces(const Image& image, const Storage& storage,
+                                        const std::vector<std::string>& channels) {
+    constexpr std::size_t most_read_as_colours = 5;  // of samples without names, as has_colours() has it
     const bool integer = storage.type == PixelType::uint8 || storage.type == PixelType::uint16;
-    return integer ? ColourSpace::srgb : ColourSpace::linear;
+    const ColourSpace colour = integer ? ColourSpace::srgb : ColourSpace::linear;
+    const auto count = static_cast<std::size_t>(image.planes());
+    if (count == 3) return std::vector(count, colour);
+    if (storage.format == PictureFormat::exr) return spaces_of_channels(channels);
+    std::vector<ColourSpace> spaces(count, ColourSpace::unspecified);
+    if (storage.format == PictureFormat::tiff && !image.names().empty()) {
+        const std::vector<ColourSpace> said = spaces_of_channels(image.names());
+        const std::size_t colours = count > 3 ? 3 : 1;
+        if (std::all_of(said.begin(), said.begin() + static_cast<std::ptrdiff_t>(colours),
+                        [](ColourSpace s) { return s == ColourSpace::linear; }))
+            std::fill_n(spaces.begin(), colours, colour);
+    } else if (count == 1 || storage.format == PictureFormat::tiff) {
+        if (count != 2 && count <= most_read_as_colours)
+            std::fill_n(spaces.begin(), count == 1 ? 1 : 3, colour);
+    }
+    return spaces;
 }
 
 /// Of planes without names: they sort as the numbers do.
@@ -126,12 +150,18 @@ std::vector<std::string> exr_names(const std::vector<std::string>& names) {
 
 /// What the file's kind does not say by itself: the colour space where a reader would assume another, and
 /// names where channels have none.
-std::string description_of(const Image& image, const Storage& storage) {
+std::string description_of(const Image& image, const Storage& storage,
+                           const std::vector<std::string>& channels) {
     std::string text;
     // Primaries of their own say what the values are.
-    const bool said = storage.chromaticities && image.space() == ColourSpace::unspecified;
-    if (image.planes() == 3 && !said && image.space() != assumed_space(storage, image.planes()))
-        text = std::string(space_mark) + std::string(name(image.space()));
+    const bool said =
+        image.planes() == 3 && storage.chromaticities && image.space() == ColourSpace::unspecified;
+    const std::vector<ColourSpace> spaces = spaces_of_planes(image);
+    if (!said && spaces != assumed_spaces(image, storage, channels)) {
+        const bool alike = std::ranges::all_of(spaces, [&](ColourSpace s) { return s == spaces.front(); });
+        text = std::string(space_mark) + std::string(name(spaces.front()));
+        for (std::size_t p = 1; p < spaces.size() && !alike; ++p) text += " " + std::string(name(spaces[p]));
+    }
     if (storage.format == PictureFormat::tiff && !image.names().empty()) {
         text += (text.empty() ? "" : "\n") + std::string(names_mark) + std::to_string(image.planes());
         for (const std::string& each : image.names()) {
@@ -142,9 +172,18 @@ std::string description_of(const Image& image, const Storage& storage) {
     return text;
 }
 
+/// Red, green and blue before other planes.
+bool leads_with_colours(const Image& image) {
+    if (image.planes() < 4) return false;
+    const ColourSpace first = image.plane_space(0);
+    return (first == ColourSpace::linear || first == ColourSpace::srgb) && image.plane_space(1) == first &&
+           image.plane_space(2) == first;
+}
+
 OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
     OIIO::ImageSpec spec(image.width(), image.height(), image.planes(),
                          OIIO::TypeDesc(codec_type(storage.type)));
+    constexpr std::array<const char*, 3> letters{"R", "G", "B"};
     // Neutral names: the codec's own would make the second of two or the fourth plane an alpha. EXR sorts by
     // name.
     const bool colour =
@@ -155,9 +194,10 @@ OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
     } else if (image.planes() == 1) {
         spec.channelnames = {"Y"};
     } else if (colour || (image.planes() == 3 && storage.format != PictureFormat::exr)) {
-        spec.channelnames = {"R", "G", "B"};
+        spec.channelnames.assign(letters.begin(), letters.end());
     } else {
         spec.channelnames = numbered_names(image.planes());
+        if (exr && leads_with_colours(image)) std::copy_n(letters.begin(), 3, spec.channelnames.begin());
     }
     spec.alpha_channel = -1;
     spec.z_channel = -1;
@@ -175,7 +215,7 @@ OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
             spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), given.data());
         }
     }
-    const std::string description = description_of(image, storage);
+    const std::string description = description_of(image, storage, spec.channelnames);
     if (!description.empty()) spec.attribute("ImageDescription", description);
     spec.attribute("jpeg:subsampling", "4:4:4");
     spec.attribute("Compression", storage.format == PictureFormat::jpeg ? "jpeg:98" : "zip");

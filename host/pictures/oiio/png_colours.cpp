@@ -20,11 +20,8 @@ double word_at(std::string_view bytes, std::size_t at) {
     return value;
 }
 
-/// Out of "NAME\0\0ZLIB"; empty when it is damaged.
-std::string inflated(std::string_view chunk) {
-    const std::size_t name = chunk.find('\0');
-    if (name == std::string_view::npos || chunk.size() < name + 3 || chunk[name + 1] != '\0') return {};
-    const std::string_view packed = chunk.substr(name + 2);
+/// Empty when it is damaged.
+std::string unpacked(std::string_view packed) {
     constexpr std::size_t most = std::size_t{64} << 20;
     for (std::size_t size = 1U << 16; size <= most; size *= 4) {
         std::string result(size, '\0');
@@ -36,6 +33,13 @@ std::string inflated(std::string_view chunk) {
         return result;
     }
     return {};
+}
+
+/// Out of "NAME\0\0ZLIB"; empty when it is damaged.
+std::string inflated(std::string_view chunk) {
+    const std::size_t name = chunk.find('\0');
+    if (name == std::string_view::npos || chunk.size() < name + 3 || chunk[name + 1] != '\0') return {};
+    return unpacked(chunk.substr(name + 2));
 }
 
 /// ITU-T H.273, of those that still pictures have.
@@ -107,10 +111,29 @@ ColourMeaning meaning_of_code_points(std::string_view codes, const std::string& 
     return meaning;
 }
 
+std::string xmp_packet(std::string_view chunk) {
+    // Keyword, whether it is packed, by which method, language, keyword in that language.
+    const std::size_t name = chunk.find('\0');
+    if (name == std::string_view::npos || chunk.size() < name + 3) return {};
+    const bool packed = chunk[name + 1] == '\1';
+    std::size_t at = name + 3;
+    for (int text = 0; text < 2; ++text) {
+        at = chunk.find('\0', at);
+        if (at == std::string_view::npos) return {};
+        ++at;
+    }
+    return packed ? unpacked(chunk.substr(at)) : std::string(chunk.substr(at));
+}
+
 ColourMeaning meaning_of(const PngChunks& chunks, std::string& remark, const std::string& asked) {
     ColourMeaning meaning;
-    if (chunks.code_points.size() == 4)
-        return meaning_of_code_points(chunks.code_points, "cICP", remark, asked);
+    if (chunks.code_points.size() == 4) {
+        meaning = meaning_of_code_points(chunks.code_points, "cICP", remark, asked);
+        meaning.narrow_range = chunks.code_points[3] == '\0';
+        if (chunks.code_points[2] != '\0' && remark.empty())
+            remark = "its cICP says that it is no RGB, which a PNG always is, and RGB is assumed";
+        return meaning;
+    }
     if (!chunks.profile.empty()) {
         meaning.profile = inflated(chunks.profile);
         if (meaning.profile.empty()) remark = "its colour profile is damaged and was ignored";

@@ -14,6 +14,7 @@ namespace btfield::detail {
 struct PngChunks {
     /// Contents of gAMA, cHRM, iCCP, cICP and eXIf.
     std::string gamma, primaries, profile, code_points, exif;
+    std::string xmp;  ///< content of the iTXt that holds it
     bool has_srgb = false;
     bool animated = false;  ///< acTL: only the first picture is read
 };
@@ -23,6 +24,9 @@ struct PngChunks {
 /// \throws InputError for transfer functions that are not supported: PQ and HLG
 [[nodiscard]] ColourMeaning meaning_of_code_points(std::string_view codes, const std::string& where,
                                                    std::string& remark, const std::string& asked);
+
+/// The packet of an iTXt; empty when it is damaged.
+[[nodiscard]] std::string xmp_packet(std::string_view chunk);
 
 /// cICP before iCCP, before sRGB, before gAMA and cHRM, as the specification has it. A gamma of 1/2.2 is
 /// sRGB's.

@@ -72,6 +72,7 @@ void keep(PngChunks& chunks, std::string_view name, std::string_view content) {
                                                                           {"eXIf", &chunks.exif}}};
     for (const auto& [text, place] : known)
         if (name == text) *place = content;
+    if (name == "iTXt" && content.starts_with(png_xmp_mark)) chunks.xmp = content;
     if (name == "sRGB") chunks.has_srgb = true;
     if (name == "acTL") chunks.animated = true;
 }

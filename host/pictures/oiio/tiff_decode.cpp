@@ -8,7 +8,9 @@
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <memory>
 #include <new>
 #include <optional>
@@ -19,6 +21,7 @@
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
 #include "host/pictures/channels.hpp"
+#include "host/pictures/colour.hpp"
 #include "host/pictures/oiio/colour_profile.hpp"
 #include "host/pictures/orientation.hpp"
 #include "host/pictures/picture_format.hpp"
@@ -218,6 +221,10 @@ void check_layout(const Layout& layout, TIFF* tiff, std::uintmax_t file_bytes, c
         case PHOTOMETRIC_CIELAB:
         case PHOTOMETRIC_ICCLAB:
         case PHOTOMETRIC_LOGLUV:
+            if (layout.photometric != PHOTOMETRIC_YCBCR && layout.photometric != PHOTOMETRIC_LOGLUV &&
+                !layout.is_float() && !(layout.is_fraction() && (layout.bits == 8 || layout.bits == 16)))
+                refuse("colours as L*a*b* of " + std::to_string(layout.bits) + " bits, sample format " +
+                       std::to_string(layout.format) + ", are not supported");
             if (layout.colours != 3)
                 refuse("its colours, which take 3 samples, have " + std::to_string(layout.colours) +
                        ", which is not supported");
@@ -338,6 +345,8 @@ class Pixels {
 
   private:
     [[noreturn]] void refuse() const {
+        if (says_unsupported(message_))
+            throw InputError(asked_, "it is of a kind that is not supported (" + message_ + ")", convert_it);
         throw InputError(
             asked_, message_.empty() ? "its pixels cannot be decoded" : "its pixels are damaged: " + message_,
             use_a_complete_file);
@@ -479,8 +488,101 @@ void convert_lab(TIFF* tiff, const Layout& layout, Picture& picture) {
                               (integer ? "sRGB" : "linear Rec. 709"));
 }
 
+constexpr std::uint32_t gdal_metadata_tag = 42112, gdal_nodata_tag = 42113;
+
+/// Text of a tag that libtiff does not know.
+std::optional<std::string> foreign_text(TIFF* tiff, std::uint32_t tag) {
+    std::uint32_t count = 0;
+    const char* text = nullptr;
+    const TIFFField* const known = TIFFFindField(tiff, tag, TIFF_ASCII);
+    if (known == nullptr || TIFFFieldPassCount(known) == 0) return std::nullopt;
+    if (TIFFGetField(tiff, tag, &count, &text) != 1 || text == nullptr) return std::nullopt;
+    const std::string_view all(text, count);
+    return valid_utf8(all.substr(0, all.find('\0')));
+}
+
+bool has_tag(TIFF* tiff, std::uint32_t tag) {
+    std::uint32_t count = 0;
+    const void* values = nullptr;
+    const TIFFField* const known = TIFFFindField(tiff, tag, TIFF_ANY);
+    return known != nullptr && TIFFFieldPassCount(known) != 0 &&
+           TIFFGetField(tiff, tag, &count, &values) == 1;
+}
+
+/// Whether the picture is a map of the earth: its values are measured.
+bool is_map(TIFF* tiff) {
+    constexpr std::array<std::uint32_t, 5> tags{33550, 33922, 34735, gdal_metadata_tag, gdal_nodata_tag};
+    return std::ranges::any_of(tags, [&](std::uint32_t tag) { return has_tag(tiff, tag); });
+}
+
+/// Light by the file's TransferFunction: a table of all values for each colour, or for all of them.
+void take_transfer(TIFF* tiff, const Layout& layout, ColourMeaning& meaning) {
+    std::array<const std::uint16_t*, 3> tables{};
+    if (!layout.is_fraction() ||
+        TIFFGetField(tiff, TIFFTAG_TRANSFERFUNCTION, &tables[0], &tables[1], &tables[2]) != 1)
+        return;
+    const std::size_t count = std::size_t{1} << layout.bits;
+    bool straight = true, screens = true;
+    std::array<std::vector<double>, 3> curves;
+    for (std::size_t p = 0; p < 3; ++p) {
+        const std::uint16_t* const table = tables.at(p) != nullptr ? tables.at(p) : tables[0];
+        std::vector<double>& curve = curves.at(p);
+        for (std::size_t i = 0; i < count; ++i) {
+            const double value = static_cast<double>(i) / static_cast<double>(count - 1);
+            curve.push_back(table[i] / 65535.0);
+            straight = straight && std::abs(curve.back() - value) < 2e-3;
+            screens = screens && std::abs(srgb_encoded(curve.back()) - value) < 4e-3;
+        }
+        // White at 0 has been turned by then.
+        if (layout.photometric == PHOTOMETRIC_MINISWHITE) std::ranges::reverse(curve);
+    }
+    if (screens) return;
+    if (straight)
+        meaning.exponent = 1.0;
+    else
+        meaning.curves = std::move(curves);
+    meaning.said_by = "from what its TransferFunction says";
+}
+
+/// Black and white of a file's ReferenceBlackWhite, where they are not the ends of its range, to 0 and 1.
+void apply_reference(TIFF* tiff, const Layout& layout, Picture& picture) {
+    const auto given = field<const float*>(tiff, TIFFTAG_REFERENCEBLACKWHITE);
+    if (!given || picture.image.planes() != 3) return;
+    const std::span<const float> reference(*given, 6);
+    const auto top = static_cast<float>(layout.largest());
+    const bool chroma = layout.photometric == PHOTOMETRIC_YCBCR;
+    const std::array<float, 6> usual{0.0F, top, chroma ? 128.0F : 0.0F, top, chroma ? 128.0F : 0.0F, top};
+    if (std::ranges::equal(reference, usual, [](float a, float b) { return std::abs(a - b) < 0.5F; })) return;
+    bool sound = layout.is_fraction() && !chroma;
+    for (std::size_t p = 0; p < 3; ++p) sound = sound && reference[2 * p + 1] - reference[2 * p] > 0.5F;
+    if (!sound) {
+        picture.remarks.emplace_back("its ReferenceBlackWhite was ignored");
+        return;
+    }
+    for (int p = 0; p < 3; ++p) {
+        const float black = reference[2 * static_cast<std::size_t>(p)],
+                    white = reference[2 * static_cast<std::size_t>(p) + 1];
+        for (float& value : picture.image.plane(p)) value = (value * top - black) / (white - black);
+    }
+    picture.remarks.emplace_back("black and white were set to 0 and 1 by what its ReferenceBlackWhite says");
+}
+
+/// Pixels of which GDAL says that they hold nothing.
+void tell_no_data(TIFF* tiff, const Layout& layout, const Image& samples, Picture& picture) {
+    const std::optional<std::string> said = foreign_text(tiff, gdal_nodata_tag);
+    if (!said) return;
+    char* end = nullptr;
+    const double value = std::strtod(said->c_str(), &end);
+    if (end == said->c_str()) return;
+    const auto stored = static_cast<float>(layout.is_fraction() ? value / layout.largest() : value);
+    if (std::ranges::find(samples.values(), stored) != samples.values().end())
+        picture.remarks.push_back("its pixels without data (GDAL_NODATA " + *said +
+                                  ") are taken as values; crop them away");
+}
+
 ColourMeaning meaning_of(TIFF* tiff, const Layout& layout) {
     ColourMeaning meaning;
+    if (layout.photometric != PHOTOMETRIC_PALETTE) take_transfer(tiff, layout, meaning);
     std::uint32_t bytes = 0;
     const void* profile = nullptr;
     if (TIFFGetField(tiff, TIFFTAG_ICCPROFILE, &bytes, &profile) == 1 && bytes > 0)
@@ -491,7 +593,9 @@ ColourMeaning meaning_of(TIFF* tiff, const Layout& layout) {
         Chromaticities& given = meaning.primaries.emplace(rec709);
         std::copy_n(*primaries, 6, given.begin());
         if (white) std::copy_n(*white, 2, given.begin() + 6);
-        meaning.said_by = "from what its PrimaryChromaticities say";
+        meaning.said_by = meaning.said_by.empty()
+                              ? "from what its PrimaryChromaticities say"
+                              : "from what its PrimaryChromaticities and TransferFunction say";
     }
     return meaning;
 }
@@ -521,6 +625,17 @@ std::vector<std::string> names_of_samples(const Layout& layout, const std::strin
     return said.size() == names.size() ? said : names;
 }
 
+/// What one plane of grey is before profile or primaries are looked at: numbers with a unit, and those of
+/// maps, are no light.
+ColourSpace grey_space(TIFF* tiff, const Layout& layout, const std::string& description) {
+    if (const auto said = said_spaces(description, 1)) return said->front();
+    const std::vector<std::string> names = said_names(description);
+    if (!names.empty() && names.front() != "Y") return ColourSpace::unspecified;
+    if (layout.is_fraction()) return ColourSpace::srgb;
+    if (!layout.is_float() || is_map(tiff)) return ColourSpace::unspecified;
+    return ColourSpace::linear;
+}
+
 /// Space that numbers have before profile or primaries are looked at.
 ColourSpace plain_space(const Layout& layout, const std::string& description) {
     if (const auto said = said_space(description)) return *said;
@@ -532,13 +647,15 @@ void interpret(TIFF* tiff, Layout& layout, const ReadOptions& options, Picture& 
                const std::string& asked) {
     Image& image = picture.image;
     const std::string description = field<const char*>(tiff, TIFFTAG_IMAGEDESCRIPTION).value_or("");
+    const bool keeps_white = layout.photometric == PHOTOMETRIC_MINISWHITE && options.keep_values;
+    if (image.planes() == 1 && !keeps_white) image.set_plane_spaces({grey_space(tiff, layout, description)});
     switch (layout.photometric) {
         case PHOTOMETRIC_MINISWHITE:
             if (options.keep_values || !(layout.is_fraction() || layout.is_float())) return;
             for (float& value : image.values()) value = 1.0F - value;
             if (layout.is_float())
                 picture.remarks.emplace_back("its floats have white at 0, and became 1 - value");
-            return;
+            break;
         case PHOTOMETRIC_PALETTE:
             image = looked_up(tiff, image, layout, asked);
             picture.type = layout.type();
@@ -558,8 +675,20 @@ void interpret(TIFF* tiff, Layout& layout, const ReadOptions& options, Picture& 
             break;
         default:
             if (image.planes() == 3) image.set_space(plain_space(layout, description));
+            if (const auto said = said_spaces(description, image.planes()); image.planes() == 3 && said)
+                if (image.space() == ColourSpace::unspecified) image.set_plane_spaces(*said);
     }
-    if (!said_space(description)) apply_meaning(picture, meaning_of(tiff, layout), options.keep_values);
+    if (!said_space(description)) {
+        const bool rgb = layout.photometric == PHOTOMETRIC_RGB || layout.photometric == PHOTOMETRIC_YCBCR;
+        if (rgb && !options.keep_values) apply_reference(tiff, layout, picture);
+        const ColourMeaning meaning = meaning_of(tiff, layout);
+        apply_meaning(picture, meaning, options.keep_values);
+        const auto white = field<const float*>(tiff, TIFFTAG_WHITEPOINT);
+        const bool alone = rgb && white && meaning.profile.empty() && !meaning.primaries;
+        if (alone && !(std::abs((*white)[0] - 0.3127F) < 4e-3F && std::abs((*white)[1] - 0.3290F) < 4e-3F))
+            picture.remarks.emplace_back(
+                "its WhitePoint stands without PrimaryChromaticities, and was ignored");
+    }
     if (layout.photometric == PHOTOMETRIC_SEPARATED && image.planes() == 4)
         convert_cmyk(picture, options.keep_values);
 }
@@ -570,6 +699,26 @@ void prepare(TIFF* tiff, const Layout& layout) {
         TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
     if (layout.photometric == PHOTOMETRIC_LOGL || layout.photometric == PHOTOMETRIC_LOGLUV)
         TIFFSetField(tiff, TIFFTAG_SGILOGDATAFMT, SGILOGDATAFMT_FLOAT);
+}
+
+/// Whether three samples are colours beside others, as far as names of planes do not tell otherwise. Writers
+/// call stacks of many bands RGB too: those are colours where the file describes them.
+bool has_colours(TIFF* tiff, const Layout& layout, const std::string& description) {
+    if (layout.colours != 3 ||
+        (layout.photometric != PHOTOMETRIC_RGB && layout.photometric != PHOTOMETRIC_YCBCR))
+        return false;
+    if (const auto said = said_spaces(description, layout.samples))
+        return said->front() != ColourSpace::unspecified;
+    const std::vector<std::string> names = said_names(description);
+    if (static_cast<int>(names.size()) == layout.samples) {
+        const std::vector<ColourSpace> spaces = spaces_of_channels(names);
+        return std::all_of(spaces.begin(), spaces.begin() + 3,
+                           [](ColourSpace s) { return s == ColourSpace::linear; });
+    }
+    constexpr int most_beside = 2;
+    const ColourMeaning meaning = meaning_of(tiff, layout);
+    return layout.samples <= 3 + most_beside || !meaning.profile.empty() || meaning.primaries ||
+           !meaning.curves.front().empty();
 }
 
 /// Colours as one picture; extra samples stand beside them where they are wanted.
@@ -583,6 +732,7 @@ Picture read_samples(TIFF* tiff, Layout& layout, const ReadOptions& options, Cro
     bool beyond_float = false;
     Image all = pixels.samples(stored, beyond_float);
     if (beyond_float) picture.remarks.emplace_back(wide_integers_remark);
+    tell_no_data(tiff, layout, all, picture);
 
     std::vector<int> colours(static_cast<std::size_t>(layout.colours));
     for (int s = 0; s < layout.colours; ++s) colours[static_cast<std::size_t>(s)] = s;
@@ -603,6 +753,22 @@ Picture read_samples(TIFF* tiff, Layout& layout, const ReadOptions& options, Cro
         throw InputError(asked,
                          "its colours have to be converted, and are not read apart or beside other planes",
                          "choose all of them with --planes, or give --keep-values");
+    if (!whole && has_colours(tiff, layout, description)) {
+        Picture own;
+        own.type = picture.type;
+        own.image = taken(colours);
+        interpret(tiff, layout, options, own, asked);
+        std::vector<ColourSpace> spaces(static_cast<std::size_t>(layout.samples), ColourSpace::unspecified);
+        for (int c = 0; c < layout.colours; ++c)
+            spaces[static_cast<std::size_t>(c)] = own.image.plane_space(c);
+        for (std::size_t p = 0; p < plan.planes.size(); ++p)
+            if (const int c = plan.planes[p]; c < layout.colours)
+                std::ranges::copy(own.image.plane(c), picture.image.plane(static_cast<int>(p)).begin());
+        picture.image.set_plane_spaces(spaces_of(spaces, plan.planes));
+        picture.remarks.insert(picture.remarks.end(), own.remarks.begin(), own.remarks.end());
+    }
+    if (const auto said = said_spaces(description, picture.image.planes()); !whole && said)
+        picture.image.set_plane_spaces(*said);
     if (!whole && layout.photometric == PHOTOMETRIC_MINISWHITE && !options.keep_values)
         for (std::size_t p = 0; p < plan.planes.size(); ++p)
             if (plan.planes[p] == 0 && (layout.is_fraction() || layout.is_float()))
@@ -615,9 +781,52 @@ Picture read_samples(TIFF* tiff, Layout& layout, const ReadOptions& options, Cro
             for (std::size_t i = 0; i < given.size(); ++i)
                 picture.alpha[i] = std::min(picture.alpha[i], given[i]);
     }
+    const bool multiplied = std::ranges::any_of(plan.alpha, [&](int channel) {
+        return channel >= layout.colours &&
+               layout.extra[static_cast<std::size_t>(channel - layout.colours)] == EXTRASAMPLE_ASSOCALPHA;
+    });
+    if (multiplied && std::ranges::any_of(picture.alpha, [](float a) { return a != 1.0F; }))
+        picture.remarks.emplace_back(associated_alpha_remark);
     if (!said_names(description).empty() && picture.image.planes() == static_cast<int>(plan.names.size()))
         picture.image.set_names(plan.names);
     return picture;
+}
+
+/// A word of the list of tags at `offset`, as the file has it: libtiff takes palettes without colours for
+/// grey. Nothing where there is none.
+std::optional<std::uint32_t> stored_word(const std::filesystem::path& path, std::uint64_t offset,
+                                         std::uint16_t tag) {
+    std::ifstream file(path, std::ios::binary);
+    std::array<char, 20> bytes{};
+    if (!file.read(bytes.data(), 8)) return std::nullopt;
+    const bool big = bytes[0] == 'M';
+    const auto number = [&](std::size_t at, std::size_t count) {
+        std::uint64_t value = 0;
+        for (std::size_t i = 0; i < count; ++i)
+            value = value << 8 | static_cast<std::uint8_t>(bytes.at(big ? at + i : at + count - 1 - i));
+        return value;
+    };
+    const bool wide = number(2, 2) == 43;
+    const std::size_t head = wide ? 8 : 2, entry = wide ? 20 : 12;
+    file.seekg(static_cast<std::streamoff>(offset));
+    if (!file.read(bytes.data(), static_cast<std::streamsize>(head))) return std::nullopt;
+    for (std::uint64_t left = std::min<std::uint64_t>(number(0, head), 4096); left > 0; --left) {
+        if (!file.read(bytes.data(), static_cast<std::streamsize>(entry))) return std::nullopt;
+        if (number(0, 2) == tag) return static_cast<std::uint32_t>(number(entry == 20 ? 12 : 8, 2));
+    }
+    return std::nullopt;
+}
+
+constexpr const char* no_palette =
+    "it has a palette's indices and no palette (ColorMap), which is not supported";
+
+/// What libtiff says when it cannot take a file's header.
+[[noreturn]] void refuse_header(const std::string& message, const std::string& asked) {
+    if (message.find("Colormap") != std::string::npos) throw InputError(asked, no_palette, convert_it);
+    if (says_unsupported(message))
+        throw InputError(asked, "it is of a kind that is not supported (" + message + ")", convert_it);
+    throw InputError(asked, message.empty() ? "its header is damaged" : "its header is damaged: " + message,
+                     use_a_complete_file);
 }
 
 }  // namespace
@@ -626,20 +835,20 @@ Picture decode_tiff(const std::filesystem::path& path, const ReadOptions& option
                     const std::string& asked) {
     std::string message;
     const Tiff tiff = open_tiff(path, message);
-    if (!tiff)
-        throw InputError(asked,
-                         message.empty() ? "its header is damaged" : "its header is damaged: " + message,
-                         use_a_complete_file);
+    if (!tiff) refuse_header(message, asked);
     const std::vector<Directory> directories = directories_of(tiff.get());
     std::vector<Part> parts;
     parts.reserve(directories.size());
     for (const Directory& each : directories) parts.push_back(each.part);
     const int number = chosen_part(parts, options.part, asked);
     message.clear();
-    if (TIFFSetSubDirectory(tiff.get(), directories[static_cast<std::size_t>(number)].offset) != 1)
-        throw InputError(asked, "its header is damaged: " + message, use_a_complete_file);
+    const std::uint64_t offset = directories[static_cast<std::size_t>(number)].offset;
+    if (TIFFSetSubDirectory(tiff.get(), offset) != 1) refuse_header(message, asked);
     Layout layout = layout_of(tiff.get());
     check_layout(layout, tiff.get(), file_bytes, asked);
+    if (layout.photometric != PHOTOMETRIC_PALETTE &&
+        stored_word(path, offset, TIFFTAG_PHOTOMETRIC) == PHOTOMETRIC_PALETTE)
+        throw InputError(asked, no_palette, convert_it);
     prepare(tiff.get(), layout);
     const bool shown = layout.compression == COMPRESSION_OJPEG ||
                        (layout.photometric == PHOTOMETRIC_YCBCR && layout.compression != COMPRESSION_JPEG);
