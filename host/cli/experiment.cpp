@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 #include "host/base/text_table.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
@@ -100,13 +101,14 @@ Json result_json(const ExperimentResult& result) {
 
 std::string result_text(const ExperimentResult& result) {
     const std::uint64_t worked = result.done + result.refused + result.failed;
-    std::string text = std::to_string(result.jobs) + " jobs: " + std::to_string(result.done) + " done, " +
+    std::string text = detail::counted(result.jobs, "job") + ": " + std::to_string(result.done) + " done, " +
                        std::to_string(result.refused) + " refused, " + std::to_string(result.failed) +
                        " failed, " + std::to_string(result.skipped) + " skipped; " +
                        seconds_text(result.seconds);
     if (worked > 0 && result.seconds > 0.0) {
         text += ", " + number_text(static_cast<double>(worked) / result.seconds) + " jobs/s";
     }
+    if (result.refused > 0) text += "; 'btfield experiment table' says why jobs were refused";
     return text + "\n";
 }
 
@@ -166,11 +168,12 @@ void run(const RunOptions& options) {
     if (result.interrupted) {
         throw InputError(asked,
                          "it was interrupted after " + std::to_string(finished) + " of " +
-                             std::to_string(result.jobs) + " jobs",
+                             detail::counted(result.jobs, "job"),
                          resume_text(options));
     }
     if (result.failed > 0) {
-        throw InputError(asked, std::to_string(result.failed) + " jobs failed, the first: " + result.failure,
+        throw InputError(asked,
+                         detail::counted(result.failed, "job") + " failed, the first: " + result.failure,
                          "mend that and " + resume_text(options));
     }
 }
@@ -231,16 +234,20 @@ std::vector<std::string> parts_of(const std::string& text) {
 void add_table_options(CLI::App& command, ExperimentTableOptions& options) {
     const auto read = [&options](const std::string& text) {
         for (const std::string& part : parts_of(text)) {
-            if (part != "noise" && part != "gains" && part != "estimator")
-                throw CLI::ValidationError("--by", "'" + part + "' is none of noise, gains, estimator");
-            (part == "noise"   ? options.by_noise
-             : part == "gains" ? options.by_gains
-                               : options.by_estimator) = true;
+            if (part != "noise" && part != "gains" && part != "estimator" && part != "picture")
+                throw CLI::ValidationError("--by",
+                                           "'" + part + "' is none of noise, gains, estimator, picture");
+            (part == "noise"       ? options.by_noise
+             : part == "gains"     ? options.by_gains
+             : part == "estimator" ? options.by_estimator
+                                   : options.by_picture) = true;
         }
     };
     command
-        .add_option_function<std::string>("--by", read,
-                                          "tables apart by noise, gains, estimator, or several of them")
+        .add_option_function<std::string>(
+            "--by", read,
+            "tables apart by noise, gains, estimator, or several of them; picture: a row for "
+            "each picture too")
         ->type_name("WHAT,…");
     CLI::Option* name =
         command
@@ -327,6 +334,24 @@ Json table_json(const ExperimentTable& table) {
     object["done"] = table.done;
     object["refused"] = table.refused;
     object["failed"] = table.failed;
+    object["reasons"] = Json::array();
+    for (const ExperimentTable::Reason& reason : table.reasons) {
+        Json entry;
+        entry["status"] = reason.status;
+        entry["reason"] = reason.text;
+        entry["models"] = reason.models;
+        entry["jobs"] = reason.jobs;
+        object["reasons"].push_back(std::move(entry));
+    }
+    for (const ExperimentTable::PictureRow& row : table.picture_rows) {
+        Json entry;
+        entry["picture"] = row.picture;
+        entry["material"] = row.material;
+        entry["kappa"] = number(row.kappa);
+        for (std::size_t m = 0; m < row.best.size(); ++m)
+            entry["memd_star"][table.rows[m].model] = number(row.best[m]);
+        object["pictures"].push_back(std::move(entry));
+    }
     return object;
 }
 
@@ -359,7 +384,8 @@ void add_table(CLI::App& parent, Action& action) {
     set_guide(*command,
               {.usual = {{"btfield experiment table sand.db"}},
                .more = {{"btfield experiment table sand.db --format latex"},
-                        {"btfield experiment table sand.db --by noise,estimator"}},
+                        {"btfield experiment table sand.db --by noise,estimator"},
+                        {"btfield experiment table sand.db --by picture"}},
                .notes = {"Jobs of pictures and settings that the configuration does not have do not "
                          "count. LaTeX needs the package booktabs."}});
     command->callback([options, &action] { action = [options] { run_table(*options); }; });

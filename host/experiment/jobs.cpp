@@ -1,6 +1,7 @@
 #include "host/experiment/jobs.hpp"
 
 #include <glob.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <map>
@@ -10,7 +11,10 @@
 
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "btfield/neighbourhood.hpp"
+#include "btfield/pyramid.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/sha256.hpp"
 
@@ -198,23 +202,102 @@ std::vector<PictureSource> picture_sources(const ExperimentConfig& config) {
     return sources;
 }
 
-void check_pictures(const std::vector<PictureSource>& sources,
-                    const std::function<bool(const std::string& picture)>& known) {
+namespace {
+
+[[noreturn]] void refuse_room(const PictureSource& source, Size size, const std::string& what, int least,
+                              const std::string& remedy) {
+    const std::string crop = source.crop ? ", crop [" + crop_text(source.crop) + "]" : "";
+    throw InputError("experiment with '" + source.name + "' of " + source.material + crop,
+                     "its " + text_of(size) + " pixels have no room for " + what +
+                         ": its coarsest level would be " + "smaller than the neighbourhood of order " +
+                         std::to_string(least),
+                     "correct the configuration: " + remedy + "; nothing was run");
+}
+
+/// Whether a level has room for the smallest neighbourhood of the order, that of causal models.
+bool has_room(Size level, int order) {
+    const std::vector<Offset> offsets = neighbourhood(order, NeighbourhoodKind::causal);
+    const Offset box = difference_box(offsets);
+    return level.height > box.row && level.width > box.column && area(level) > offsets.size();
+}
+
+void check_texture_size(const ExperimentConfig& config) {
+    if (!config.size) return;
+    const std::string asked = "experiment with textures of " + text_of(*config.size);
+    constexpr int longest = 16384;  // of what spectra can be transformed
+    const bool fields = std::ranges::any_of(
+        config.models, [](ExperimentModel model) { return random_field(model).has_value(); });
+    if (fields && std::max(config.size->height, config.size->width) > longest)
+        throw InputError(asked, "random fields grow to " + std::to_string(longest) + " pixels on a side",
+                         "correct the configuration: give a smaller 'size'; nothing was run");
+    // A plane of the texture, and one to measure it by.
+    const double needed = 2.0 * sizeof(float) * static_cast<double>(area(*config.size));
+    const double memory =
+        static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+    if (memory > 0.0 && needed > memory)
+        throw InputError(asked,
+                         "one plane of them takes more than the " +
+                             std::to_string(static_cast<long long>(memory / 1e9)) + " GB of this machine",
+                         "correct the configuration: give a smaller 'size'; nothing was run");
+}
+
+}  // namespace
+
+void check_room(const ExperimentConfig& config, const std::vector<PictureSource>& sources,
+                const std::map<std::string, Size>& sizes) {
+    check_texture_size(config);
+    const bool fields = std::ranges::any_of(
+        config.models, [](ExperimentModel model) { return random_field(model).has_value(); });
+    if (!fields) return;
+    const int least_order = *std::ranges::min_element(config.orders);
+    const int least_levels = std::max(1, *std::ranges::min_element(config.levels));
+    for (const PictureSource& source : sources) {
+        const auto found = sizes.find(source.picture);
+        if (found == sizes.end()) continue;
+        const auto coarsest = [&](int levels) {
+            return pyramid_sizes(found->second, levels, config.factor).back();
+        };
+        for (const int levels : config.levels) {
+            if (levels < 1 || has_room(coarsest(levels), least_order)) continue;
+            int most = levels;
+            while (most > 1 && !has_room(coarsest(most), least_order)) --most;
+            refuse_room(source, found->second, counted(levels, "level"), least_order,
+                        "use at most " + counted(most, "level"));
+        }
+        for (const int order : config.orders)
+            if (!has_room(coarsest(least_levels), order))
+                refuse_room(source, found->second,
+                            counted(least_levels, "level") + " of order " + std::to_string(order), order,
+                            "use a lower order or fewer levels");
+    }
+}
+
+std::map<std::string, Size> check_pictures(
+    const std::vector<PictureSource>& sources,
+    const std::function<std::optional<Size>(const std::string& picture)>& known) {
     std::vector<const PictureSource*> unread;
-    std::set<std::string> seen;
-    for (const PictureSource& source : sources)
-        if (seen.insert(source.picture).second && !known(source.picture)) unread.push_back(&source);
+    std::map<std::string, Size> sizes;
+    for (const PictureSource& source : sources) {
+        if (sizes.count(source.picture) != 0) continue;
+        const std::optional<Size> before = known(source.picture);
+        sizes[source.picture] = before.value_or(Size{});
+        if (!before) unread.push_back(&source);
+    }
+    std::vector<Size> read(unread.size());
     std::vector<std::optional<InputError>> errors(unread.size());
     for_each_block(static_cast<int>(unread.size()), [&](int i) {
         const auto at = static_cast<std::size_t>(i);
         try {
-            static_cast<void>(read_picture(unread[at]->file, unread[at]->crop));
+            read[at] = read_picture(unread[at]->file, unread[at]->crop).image.size();
         } catch (const InputError& error) {
             errors[at] = error;
         }
     });
     const auto bad = std::ranges::find_if(errors, [](const auto& error) { return error.has_value(); });
-    if (bad == errors.end()) return;
+    if (bad == errors.end()) {
+        for (std::size_t i = 0; i < unread.size(); ++i) sizes[unread[i]->picture] = read[i];
+        return sizes;
+    }
     const PictureSource& source = *unread[static_cast<std::size_t>(bad - errors.begin())];
     const auto others =
         std::count_if(bad + 1, errors.end(), [](const auto& error) { return error.has_value(); });

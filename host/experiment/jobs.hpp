@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -132,11 +133,21 @@ struct WorkReport {
 ///     picture.
 [[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config);
 
-/// Reads every picture of which `known` does not say that it was read before, and throws it away.
+/// Reads every picture whose size is not known from before, and throws it away.
+/// \param known  size of a picture that was read before
+/// \return the size of each
 /// \throws InputError naming the first picture, with its crop, that cannot be read or that the crop leaves,
 ///     and how many others there are
-void check_pictures(const std::vector<PictureSource>& sources,
-                    const std::function<bool(const std::string& picture)>& known);
+std::map<std::string, Size> check_pictures(
+    const std::vector<PictureSource>& sources,
+    const std::function<std::optional<Size>(const std::string& picture)>& known);
+
+/// Whether what the configuration lists can be had of these pictures at all.
+/// \param sizes  of the pictures
+/// \throws InputError when a number of levels has no room in a picture, whatever order it goes with, or an
+///     order, whatever number of levels; when textures are larger than any device could make them
+void check_room(const ExperimentConfig& config, const std::vector<PictureSource>& sources,
+                const std::map<std::string, Size>& sizes);
 
 /// "x,y,w,h", or nothing.
 [[nodiscard]] std::string crop_text(const std::optional<Crop>& crop);

@@ -39,7 +39,9 @@ Ledger::Ledger(const ExperimentConfig& config, const std::filesystem::path& data
     progress_.stage = "pictures";
     if (options.progress) options.progress(progress_);
     const std::vector<PictureSource> sources = picture_sources(config);
-    check_pictures(sources, [&](const std::string& picture) { return database_.knows(picture); });
+    check_room(config, sources, check_pictures(sources, [&](const std::string& picture) {
+                   return database_.size_of(picture);
+               }));
     database_.add(config, sources);
     plan(sources);
     if (options.unit > 0) {

@@ -252,7 +252,11 @@ std::string scope_html(Connection& connection, const std::filesystem::path& data
     for (const ExperimentTable& table : tables) {
         html += heading(2, "Marginals " + table.marginals + ", metric " + table.metric);
         html += paragraph(table_caption(table) + ". " + table_counts(table) + ".");
-        html += table_html(table) + plots_html(connection, table);
+        std::string reasons;
+        for (const std::string& reason : table_reasons(table))
+            reasons += "<li>" + html_text(reason) + "</li>\n";
+        html += table_html(table) + (reasons.empty() ? "" : "<ul>\n" + reasons + "</ul>\n") +
+                plots_html(connection, table);
     }
     html += heading(2, "Pictures");
     const PicturePlaces places(connection, database);

@@ -324,10 +324,11 @@ std::map<std::string, JobStatus> ResultsDatabase::jobs_of(const std::string& pic
     return jobs;
 }
 
-bool ResultsDatabase::knows(const std::string& picture) {
-    Statement query(connection_, "SELECT 1 FROM pictures WHERE picture = ?");
+std::optional<Size> ResultsDatabase::size_of(const std::string& picture) {
+    Statement query(connection_, "SELECT height, width FROM pictures WHERE picture = ?");
     query.bind(picture);
-    return query.step();
+    if (!query.step()) return std::nullopt;
+    return Size{static_cast<int>(query.number(0)), static_cast<int>(query.number(1))};
 }
 
 std::vector<std::string> ResultsDatabase::best_not_kept(const std::string& picture,

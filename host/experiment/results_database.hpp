@@ -38,8 +38,8 @@ class ResultsDatabase {
     /// again is an error.
     void add(const WorkReport& report);
 
-    /// Whether the picture was read before.
-    [[nodiscard]] bool knows(const std::string& picture);
+    /// Of a picture that was read before; nothing of others.
+    [[nodiscard]] std::optional<Size> size_of(const std::string& picture);
     /// Status of every job of the picture, by key.
     [[nodiscard]] std::map<std::string, JobStatus> jobs_of(const std::string& picture);
     /// Jobs with the least MEMD* of each model, metric and marginals of the picture whose textures are not in

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -34,18 +35,40 @@ struct Material {
     std::map<std::string, double> kappa;                        ///< of picture
 };
 
+/// Jobs whose reasons differ in numbers alone.
+struct Reasons {
+    std::string example;
+    std::set<std::string> models;
+    std::uint64_t jobs = 0;
+};
+
 struct Contents {
     std::map<std::string, Material> materials;
-    std::map<std::string, std::uint64_t> counts;            ///< of status
-    std::array<std::set<std::string>, Axis::count> values;  ///< of the jobs
+    std::map<std::pair<std::string, std::string>, Reasons> reasons;  ///< of status, text without numbers
+    std::map<std::string, std::uint64_t> counts;                     ///< of status
+    std::array<std::set<std::string>, Axis::count> values;           ///< of the jobs
 };
 
 /// The pictures of a configuration.
 struct Pictures {
-    std::map<std::string, std::set<std::string>> of;             ///< material
-    std::map<std::string, std::map<std::string, double>> kappa;  ///< of material, of picture
+    std::map<std::string, std::set<std::string>> of;                  ///< material
+    std::map<std::string, std::map<std::string, double>> kappa;       ///< of material, of picture
+    std::map<std::string, std::map<std::string, std::string>> names;  ///< of material, of picture
     std::set<std::string> all;
 };
+
+/// What is alike in reasons of one kind: figures are not.
+std::string without_numbers(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        const bool figure = (c >= '0' && c <= '9') || (c == '.' && result.ends_with('#'));
+        if (!figure)
+            result += c;
+        else if (!result.ends_with('#'))
+            result += '#';
+    }
+    return result;
+}
 
 ExperimentTable::Cell cell_of(const std::vector<double>& values) {
     ExperimentTable::Cell cell;
@@ -115,6 +138,12 @@ void add_contents(const Contents& from, Contents& to) {
             place.best[model].insert(pictures.begin(), pictures.end());
     }
     for (const auto& [status, count] : from.counts) to.counts[status] += count;
+    for (const auto& [kind, reasons] : from.reasons) {
+        Reasons& place = to.reasons[kind];
+        if (place.example.empty()) place.example = reasons.example;
+        place.models.insert(reasons.models.begin(), reasons.models.end());
+        place.jobs += reasons.jobs;
+    }
     for (std::size_t axis = 0; axis < Axis::count; ++axis)
         to.values[axis].insert(from.values[axis].begin(), from.values[axis].end());
 }
@@ -163,6 +192,46 @@ ExperimentTable::Row row_of(const std::string& model, const std::map<std::string
     return row;
 }
 
+std::vector<ExperimentTable::Reason> reasons_of(const Contents& contents) {
+    std::vector<ExperimentTable::Reason> all;
+    for (const auto& [kind, reasons] : contents.reasons) {
+        ExperimentTable::Reason& reason = all.emplace_back();
+        reason.status = kind.first;
+        reason.text = reasons.example;
+        for (const ExperimentModel known : values_of<ExperimentModel>())
+            if (reasons.models.count(std::string(name(known))) != 0) reason.models.emplace_back(name(known));
+        reason.jobs = reasons.jobs;
+    }
+    std::ranges::stable_sort(all, std::greater{}, &ExperimentTable::Reason::jobs);
+    return all;
+}
+
+/// Of a table whose other rows are there.
+std::vector<ExperimentTable::PictureRow> picture_rows_of(const ExperimentTable& table,
+                                                         const std::map<std::string, Material>& materials,
+                                                         const Pictures& pictures) {
+    std::vector<ExperimentTable::PictureRow> rows;
+    for (const auto& [material, names] : pictures.names) {
+        const std::size_t first = rows.size();
+        for (const auto& [picture, name] : names) {
+            ExperimentTable::PictureRow& row = rows.emplace_back();
+            row.picture = name;
+            row.material = material;
+            const Material& own = materials.at(material);
+            const auto kappa = own.kappa.find(picture);
+            row.kappa = kappa == own.kappa.end() ? nan : kappa->second;
+            for (const ExperimentTable::Row& model : table.rows) {
+                const auto of = own.best.find(model.model);
+                const bool has = of != own.best.end() && of->second.count(picture) != 0;
+                row.best.push_back(has ? of->second.at(picture) : nan);
+            }
+        }
+        std::sort(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(),
+                  [](const auto& a, const auto& b) { return a.picture < b.picture; });
+    }
+    return rows;
+}
+
 ExperimentTable table_of(const Variant& variant, const Contents& contents, const Pictures& pictures) {
     ExperimentTable table;
     table.metric = variant[Axis::metric];
@@ -196,6 +265,8 @@ ExperimentTable table_of(const Variant& variant, const Contents& contents, const
         if (models.count(model) == 0) continue;
         table.rows.push_back(row_of(model, materials));
     }
+    table.reasons = reasons_of(contents);
+    table.picture_rows = picture_rows_of(table, materials, pictures);
     return table;
 }
 
@@ -203,11 +274,14 @@ ExperimentTable table_of(const Variant& variant, const Contents& contents, const
 Pictures pictures_of(Connection& connection) {
     Pictures pictures;
     Statement query(connection, R"sql(
-        SELECT DISTINCT material, scope_places.picture, kappa FROM scope_places
+        SELECT DISTINCT material, scope_places.picture, kappa, name, crop FROM scope_places
         LEFT JOIN main.pictures ON main.pictures.picture = scope_places.picture)sql");
     while (query.step()) {
         pictures.of[query.text(0)].insert(query.text(1));
         pictures.all.insert(query.text(1));
+        const std::string crop = query.text(4);
+        std::string& called = pictures.names[query.text(0)][query.text(1)];
+        if (called.empty()) called = query.text(3) + (crop.empty() ? "" : " [" + crop + "]");
         if (!query.is_null(2)) pictures.kappa[query.text(0)][query.text(1)] = query.real(2);
     }
     return pictures;
@@ -236,6 +310,16 @@ class Reading {
             GROUP BY metric, marginals, noise, gains, estimator, model, status)sql");
         while (count.step())
             place(count, contents).counts[count.text(6)] += static_cast<std::uint64_t>(count.number(7));
+        Statement why(connection, R"sql(
+            SELECT metric, marginals, noise, gains, estimator, model, status, reason, count(*) FROM scope_jobs
+            WHERE status != 'done'
+            GROUP BY metric, marginals, noise, gains, estimator, model, status, reason)sql");
+        while (why.step()) {
+            Reasons& reasons = place(why, contents).reasons[{why.text(6), without_numbers(why.text(7))}];
+            if (reasons.example.empty()) reasons.example = why.text(7);
+            reasons.models.insert(why.text(5));
+            reasons.jobs += static_cast<std::uint64_t>(why.number(8));
+        }
         return spread(contents);
     }
 
@@ -287,6 +371,7 @@ std::vector<ExperimentTable> detail::tables_of_scope(
     const Pictures pictures = pictures_of(connection);
     for (const auto& [variant, content] : Reading(options).contents(connection)) {
         tables.push_back(table_of(variant, content, pictures));
+        if (!options.by_picture) tables.back().picture_rows.clear();
         if (configuration) tables.back().configuration = configuration->name;
     }
     return tables;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "host/base/text.hpp"
 #include "host/base/text_table.hpp"
 #include "host/model/model_names.hpp"
 
@@ -21,6 +22,26 @@ std::string formatted(const char* format, double value) {
     std::array<char, 48> text{};
     std::snprintf(text.data(), text.size(), format, value);
     return text.data();
+}
+
+/// Pictures one by one: the head, and a row for each.
+std::vector<std::vector<std::string>> picture_cells(const ExperimentTable& table) {
+    std::vector<std::vector<std::string>> rows;
+    if (table.picture_rows.empty()) return rows;
+    rows.push_back({"picture", "material", "κ(256)"});
+    for (const ExperimentTable::Row& row : table.rows) rows.front().push_back(model_title(row.model));
+    for (const ExperimentTable::PictureRow& row : table.picture_rows) {
+        rows.push_back({row.picture, row.material, kappa_text(row.kappa)});
+        for (const double best : row.best) rows.back().push_back(percent_text(best));
+    }
+    return rows;
+}
+
+/// What stands below a table: counts, and why jobs have no texture.
+std::string foot_text(const ExperimentTable& table, const std::string& before) {
+    std::string text = table_counts(table) + "\n";
+    for (const std::string& reason : table_reasons(table)) text += before + reason + "\n";
+    return text;
 }
 
 std::string text_of(const ExperimentTable& table) {
@@ -39,7 +60,9 @@ std::string text_of(const ExperimentTable& table) {
         for (const TableGrid::Row& row : grid.rows) rows.push_back(row.cells);
         text += "\n" + btfield::detail::table(rows, "lr");
     }
-    return text + "\n" + table_counts(table) + "\n";
+    const std::vector<std::vector<std::string>> pictures = picture_cells(table);
+    if (!pictures.empty()) text += "\n" + btfield::detail::table(pictures, "llr");
+    return text + "\n" + foot_text(table, "");
 }
 
 std::string markdown_cell(const std::string& text) {
@@ -61,7 +84,17 @@ std::string markdown_of(const ExperimentTable& table) {
         for (const std::string& cell : row.cells) text += " " + markdown_cell(cell) + " |";
         text += "\n";
     }
-    return text + "\n" + table_counts(table) + "\n";
+    const std::vector<std::vector<std::string>> pictures = picture_cells(table);
+    for (std::size_t r = 0; r < pictures.size(); ++r) {
+        text += r == 0 ? "\n|" : "|";
+        for (const std::string& cell : pictures[r]) text += " " + markdown_cell(cell) + " |";
+        text += "\n";
+        if (r > 0) continue;
+        text += "|---|---|";
+        for (std::size_t c = 2; c < pictures[r].size(); ++c) text += "--:|";
+        text += "\n";
+    }
+    return text + "\n" + foot_text(table, table.reasons.empty() ? "" : "- ");
 }
 
 std::string latex_text(const std::string& text) {
@@ -143,8 +176,19 @@ std::string latex_of(const ExperimentTable& table) {
         }
         text += "\\bottomrule\n\\end{tabular}\n\n";
     }
+    const std::vector<std::vector<std::string>> pictures = picture_cells(table);
+    for (std::size_t r = 0; r < pictures.size(); ++r) {
+        if (r == 0)
+            text += "\\begin{tabular}{ll" + std::string(pictures[r].size() - 2, 'r') + "}\n\\toprule\n";
+        for (std::size_t c = 0; c < pictures[r].size(); ++c)
+            text += (c == 0 ? "" : " & ") + latex_text(pictures[r][c]);
+        text += r == 0 ? " \\\\\n\\midrule\n" : " \\\\\n";
+    }
+    if (!pictures.empty()) text += "\\bottomrule\n\\end{tabular}\n\n";
+    std::string reasons;
+    for (const std::string& reason : table_reasons(table)) reasons += "% " + reason + "\n";
     return text + "\\caption{" + latex_text(table_caption(table) + ". " + table_counts(table) + ".") +
-           "}\n\\label{" + latex_label(table) + "}\n\\end{table}\n";
+           "}\n\\label{" + latex_label(table) + "}\n\\end{table}\n" + reasons;
 }
 
 std::string csv_text(const std::string& text) {
@@ -163,15 +207,25 @@ std::string csv_of(const std::vector<ExperimentTable>& tables) {
     std::string text =
         "metric,marginals,material,kappa,best_2d,best_3d,model,mean,std,pictures,of,configuration,noise,"
         "gains,"
-        "estimator\n";
+        "estimator";
+    const bool by_picture =
+        std::ranges::any_of(tables, [](const ExperimentTable& table) { return !table.picture_rows.empty(); });
+    text += by_picture ? ",picture\n" : "\n";
     for (const ExperimentTable& table : tables) {
         const std::string start = csv_text(table.metric) + "," + csv_text(table.marginals) + ",";
         const std::string settings = "," + csv_text(table.configuration) + "," + csv_text(table.noise) + "," +
-                                     csv_text(table.gains) + "," + csv_text(table.estimators) + "\n";
+                                     csv_text(table.gains) + "," + csv_text(table.estimators);
         const auto end = [&](const ExperimentTable::Cell& cell, int of) {
             return "," + csv_number(cell.mean) + "," + csv_number(cell.deviation) + "," +
-                   std::to_string(cell.pictures) + "," + std::to_string(of) + settings;
+                   std::to_string(cell.pictures) + "," + std::to_string(of) + settings +
+                   (by_picture ? ",\n" : "\n");
         };
+        for (const ExperimentTable::PictureRow& row : table.picture_rows)
+            for (std::size_t m = 0; m < row.best.size(); ++m)
+                text += start + csv_text(row.material) + "," + csv_number(row.kappa) + ",,," +
+                        table.rows[m].model + "," + csv_number(row.best[m]) + ",," +
+                        (std::isfinite(row.best[m]) ? "1,1" : "0,1") + settings + "," +
+                        csv_text(row.picture) + "\n";
         for (const ExperimentTable::Row& row : table.rows) {
             for (std::size_t m = 0; m < table.materials.size(); ++m) {
                 const ExperimentTable::Colour& colour = table.colours[m];
@@ -314,8 +368,27 @@ std::string detail::table_caption(const ExperimentTable& table) {
 }
 
 std::string detail::table_counts(const ExperimentTable& table) {
-    return std::to_string(table.done) + " jobs done, " + std::to_string(table.refused) + " refused, " +
+    return counted(table.done, "job") + " done, " + std::to_string(table.refused) + " refused, " +
            std::to_string(table.failed) + " failed";
+}
+
+std::vector<std::string> detail::table_reasons(const ExperimentTable& table, std::size_t most) {
+    std::vector<std::string> lines;
+    std::uint64_t left = 0;
+    for (const ExperimentTable::Reason& reason : table.reasons) {
+        if (lines.size() == most) {
+            left += reason.jobs;
+            continue;
+        }
+        std::string models;
+        for (const std::string& model : reason.models)
+            models += (models.empty() ? "" : ", ") + model_title(model);
+        std::string text = reason.text;
+        std::ranges::replace(text, '\n', ' ');
+        lines.push_back(reason.status + ", " + counted(reason.jobs, "job") + " of " + models + ": " + text);
+    }
+    if (left > 0) lines.push_back(counted(left, "job") + " more for other reasons; --json lists all");
+    return lines;
 }
 
 std::string format_tables(const std::vector<ExperimentTable>& tables, TableFormat format) {

@@ -43,5 +43,7 @@ struct TableGrid {
 [[nodiscard]] std::string table_caption(const ExperimentTable& table);
 /// "120 jobs done, 6 refused, 0 failed".
 [[nodiscard]] std::string table_counts(const ExperimentTable& table);
+/// "refused, 12 jobs of 3D MSAR: …", a line for each kind of reason, the first `most` of them.
+[[nodiscard]] std::vector<std::string> table_reasons(const ExperimentTable& table, std::size_t most = 8);
 
 }  // namespace btfield::detail

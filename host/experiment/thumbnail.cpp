@@ -30,7 +30,7 @@ constexpr std::array<std::array<float, 3>, 3> rgb_of_xyz{{{3.2404542F, -1.537138
 /// Three planes or one, as a screen shows them.
 Image displayed(const Image& image, double white) {
     const bool colour = image.planes() >= 3;
-    const bool light = image.space() == ColourSpace::linear || image.space() == ColourSpace::xyz;
+    const bool light = image.plane_space(0) == ColourSpace::linear || image.space() == ColourSpace::xyz;
     Image shown(image.size(), colour ? 3 : 1, colour ? ColourSpace::srgb : ColourSpace::unspecified);
     const auto scale = static_cast<float>(1.0 / white);
     for (std::size_t i = 0; i < area(image.size()); ++i) {

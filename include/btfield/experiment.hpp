@@ -151,9 +151,10 @@ struct ExperimentResult : ExperimentProgress {
 /// Runs what the database lacks. Rows are committed fit by fit; a run that ends at any moment, by whatever
 /// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
 /// alone opens the database and returns the result of all; other ranks return an empty one.
-/// \throws InputError when a pattern matches nothing, a picture cannot be read or a crop leaves it, before
-///     any work is done and with nothing added to the database; when another run writes to the database, the
-///     file is no such database, damaged, or cannot be written
+/// \throws InputError when a pattern matches nothing, a picture cannot be read or a crop leaves it, a picture
+///     has no room for a number of levels or an order whatever it is combined with, or no device could hold
+///     textures of the size, before any work is done and with nothing added to the database; when another
+///     run writes to the database, the file is no such database, damaged, or cannot be written
 /// \throws DeviceError when no process can open its device
 BTFIELD_API ExperimentResult run_experiment(const ExperimentConfig& config,
                                             const std::filesystem::path& database,
@@ -191,6 +192,19 @@ struct ExperimentTable {
         bool needs_3d = false;  ///< what κ > 3 predicts
         bool gap = false;       ///< best_2d exceeds best_3d by more than gap_threshold
     };
+    /// Jobs without a texture whose reasons differ in numbers alone.
+    struct Reason {
+        std::string status;  ///< "refused" or "failed"
+        std::string text;    ///< of one of them
+        std::vector<std::string> models;
+        std::uint64_t jobs = 0;
+    };
+    /// One picture under one material.
+    struct PictureRow {
+        std::string picture, material;  ///< name as the configuration leads to it, with its crop
+        double kappa = 0.0;             ///< κ(256); NaN where nothing of it was done yet
+        std::vector<double> best;       ///< MEMD*, percent, of each of `rows`; NaN without a texture
+    };
     std::string configuration;      ///< name; empty where the database has none
     std::string metric, marginals;  ///< what all jobs of the table have in common
     /// All values among the jobs, "diagonal, full"; empty where none of the models reads them.
@@ -201,6 +215,8 @@ struct ExperimentTable {
     std::vector<Row> rows;
     std::vector<Colour> colours;  ///< per material
     std::uint64_t done = 0, refused = 0, failed = 0;
+    std::vector<Reason> reasons;           ///< those of most jobs first
+    std::vector<PictureRow> picture_rows;  ///< by material and name, where they were asked for
 };
 
 /// Percentage points of MEMD* by which 2D models must fall behind 3D ones to count as a gap: P4 states whole
@@ -226,6 +242,7 @@ struct ExperimentTableOptions {
     std::string configuration{};
     bool all_configurations = false;  ///< of each configuration its own tables
     bool by_noise = false, by_gains = false, by_estimator = false;
+    bool by_picture = false;  ///< ExperimentTable::picture_rows too
 };
 
 /// One table per metric and marginals, from the jobs that the database has so far of the pictures and

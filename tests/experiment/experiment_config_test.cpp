@@ -252,7 +252,9 @@ TEST(ExperimentConfig, ConfigurationsOfP4) {
         EXPECT_EQ(job_settings(config).size(), 10U * 8U * 3U);
         const std::vector<PictureSource> sources = picture_sources(config);
         EXPECT_EQ(sources.size(), 11U);
-        EXPECT_NO_THROW(check_pictures(sources, [](const std::string&) { return false; }));
+        EXPECT_NO_THROW(check_room(
+            config, sources,
+            check_pictures(sources, [](const std::string&) -> std::optional<Size> { return std::nullopt; })));
     }
     EXPECT_EQ(job_settings(read_experiment(docs + "p4-table-1-marginals.json")).size(), 2U * 10U * 3U);
 }

@@ -128,6 +128,35 @@ TEST(ExperimentTable, MeansDeviationsAndKappa) {
     EXPECT_FALSE(table.colours[1].gap);
 }
 
+TEST(ExperimentTable, RowsOfPicturesAndReasons) {
+    const TemporaryFolder folder;
+    const fs::path database = known_results(folder);
+    ASSERT_TRUE(experiment_tables(database)[0].picture_rows.empty());
+    ExperimentTableOptions options;
+    options.by_picture = true;
+    const std::vector<ExperimentTable> tables = experiment_tables(database, options);
+    ASSERT_EQ(tables.size(), 1U);
+    ASSERT_EQ(tables[0].picture_rows.size(), 3U);
+    const ExperimentTable::PictureRow& first = tables[0].picture_rows[0];
+    EXPECT_EQ(first.picture, "p1.ppm");
+    EXPECT_DOUBLE_EQ(first.kappa, 2.0);
+    EXPECT_DOUBLE_EQ(first.best[0], 4.0);
+    EXPECT_TRUE(std::isnan(tables[0].picture_rows[2].best[1]));
+    ASSERT_EQ(tables[0].reasons.size(), 1U);
+    EXPECT_EQ(tables[0].reasons[0].jobs, 1U);
+    EXPECT_EQ(tables[0].reasons[0].models, std::vector<std::string>{"3d-car"});
+    const auto holds = [&](TableFormat format, const std::string& part) {
+        const std::string text = format_tables(tables, format);
+        EXPECT_NE(text.find(part), std::string::npos) << part << " in:\n" << text;
+    };
+    holds(TableFormat::text, "refused, 1 job of 3D CAR: it does not certify\n");
+    holds(TableFormat::markdown, "| p3.ppm | e | 0.5 | 1.00 | - | 1.50 |\n");
+    holds(TableFormat::latex, "% refused, 1 job of 3D CAR");
+    holds(TableFormat::latex, "p3.ppm & e & 0.5 & 1.00 & - & 1.50 \\\\\n");
+    holds(TableFormat::csv, ",estimator,picture\n");
+    holds(TableFormat::csv, "max,match,e,0.5,,,3d-ma,1.5,,1,1,known <one>,full,match,,p3.ppm\n");
+}
+
 TEST(ExperimentTable, Formats) {
     const TemporaryFolder folder;
     const std::vector<ExperimentTable> tables = experiment_tables(known_results(folder));
@@ -181,7 +210,7 @@ TEST(ExperimentTable, LatexIsThatOfBooktabs) {
         R"(\\cmidrule\(lr\)\{2-3\}\\cmidrule\(lr\)\{4-5\}\\cmidrule\(lr\)\{6-7\}\n)"
         R"(model( & mean & std){3} \\\\\n\\midrule\n2D CAR [^\n]+\n\\midrule\n3D CAR [^\n]+\n3D MA [^\n]+\n)"
         R"(\\midrule\n(?:[^\\\n][^\n]+\n|\$[^\n]+\n){5}\\bottomrule\n\\end\{tabular\}\n\n\\caption\{[^\n]+\}\n)"
-        R"(\\label\{[a-z0-9:-]+\}\n\\end\{table\}\n)");
+        R"(\\label\{[a-z0-9:-]+\}\n\\end\{table\}\n% refused, [^\n]+\n)");
     EXPECT_TRUE(std::regex_match(text, form)) << text;
 }
 

@@ -208,16 +208,49 @@ TEST(Experiment, KeptTexturesAreThoseThatWereMeasured) {
 TEST(Experiment, WhatCannotBeFittedIsARowAndTheRunGoesOn) {
     const TemporaryFolder folder;
     ExperimentConfig config = read_experiment(small_experiment(folder));
-    config.levels = {1, 6};
+    // Order 8 has room in the picture, and with four levels order 1.
+    config.orders = {1, 8};
+    config.levels = {1, 4};
     const ExperimentResult result = run_experiment(config, folder / "r.db", threads(1));
-    EXPECT_EQ(result.jobs, 2 * small_jobs);
-    EXPECT_EQ(result.done, small_jobs);
-    EXPECT_EQ(result.refused, small_jobs);
+    EXPECT_EQ(result.done + result.refused, result.jobs);
+    EXPECT_GT(result.done, 0U);
+    ASSERT_GT(result.refused, 0U);
     for (const std::string& line :
-         query_lines(folder / "r.db", "SELECT reason FROM jobs WHERE levels = 6", 1)) {
+         query_lines(folder / "r.db", "SELECT reason FROM jobs WHERE status = 'refused'", 1)) {
         EXPECT_NE(line.find("levels"), std::string::npos) << line;
     }
-    EXPECT_EQ(run_experiment(config, folder / "r.db", threads(1)).skipped, 2 * small_jobs);
+    EXPECT_EQ(run_experiment(config, folder / "r.db", threads(1)).skipped, result.jobs);
+    const std::vector<ExperimentTable> tables = experiment_tables(folder / "r.db");
+    ASSERT_FALSE(tables.empty());
+    ASSERT_FALSE(tables[0].reasons.empty());
+    EXPECT_EQ(tables[0].reasons[0].status, "refused");
+    EXPECT_NE(format_tables(tables, TableFormat::text).find("levels to a picture of"), std::string::npos);
+}
+
+TEST(Experiment, WhatNoPictureHasRoomForIsRefusedBeforeAnythingRuns) {
+    const TemporaryFolder folder;
+    const ExperimentConfig good = read_experiment(small_experiment(folder));
+    const auto refusal = [&](const ExperimentConfig& config) {
+        const std::string error = error_of(config, folder / "r.db", threads(1));
+        EXPECT_NE(error.find("nothing was run"), std::string::npos) << error;
+        EXPECT_FALSE(fs::exists(folder / "r.db"));
+        return error;
+    };
+    ExperimentConfig config = good;
+    config.levels = {1, 9};
+    EXPECT_NE(refusal(config).find("no room for 9 levels"), std::string::npos);
+    EXPECT_NE(refusal(config).find("use at most "), std::string::npos);
+    config = good;
+    config.size = Size{20000, 16};
+    EXPECT_NE(refusal(config).find("16384"), std::string::npos);
+    config = good;
+    config.orders = {1, 8};
+    config.levels = {4};
+    EXPECT_NE(refusal(config).find("order 8"), std::string::npos);
+    EXPECT_EQ(run_experiment(good, folder / "r.db", threads(1)).done, small_jobs);
+    config = good;  // sizes of pictures that are known need not be read again
+    config.levels = {9};
+    EXPECT_NE(error_of(config, folder / "r.db", threads(1)).find("9 levels"), std::string::npos);
 }
 
 TEST(Experiment, PictureThatVanishesOrChangesFailsAndIsTriedAgain) {
