@@ -2,7 +2,8 @@
 //
 // The program has a context and a queue of its own. btfield works on them and leaves a texture in the
 // program's memory, where the program's kernel goes on with it: nothing passes through the host, and nobody
-// waits in between.
+// waits in between. What calls OpenCL links it:
+//     g++ -std=c++20 opencl_program.cpp $(pkg-config --cflags --libs btfield) -lOpenCL
 #include <cstdint>
 #include <cstdio>
 #include <stdexcept>

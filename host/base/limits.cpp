@@ -1,13 +1,27 @@
 #include "host/base/limits.hpp"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <cstddef>
 #include <cstdlib>
 #include <string>
 #include <system_error>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 
 namespace btfield::detail {
+
+std::string bytes_text(double bytes) {
+    if (!(bytes >= 1000.0)) return counted(static_cast<long long>(std::max(bytes, 0.0)), "byte");
+    constexpr std::array<const char*, 3> units{" kB", " MB", " GB"};
+    std::size_t unit = 0;
+    double size = bytes / 1000.0;
+    for (; size >= 1000.0 && unit + 1 < units.size(); ++unit) size /= 1000.0;
+    const auto tenths = static_cast<long long>(10.0 * size);
+    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + units.at(unit);
+}
 
 std::optional<std::uint64_t> parse_bytes(std::string_view text) {
     if (!text.empty() && (text.back() == 'B' || text.back() == 'b')) text.remove_suffix(1);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace btfield::detail {
@@ -11,6 +12,9 @@ namespace btfield::detail {
 /// Bytes of "1500000", "500M", "2.5G", "2.5GB": K, M, G and T are powers of 1000. Nothing for other text,
 /// less than a byte, or more than 2^63.
 [[nodiscard]] std::optional<std::uint64_t> parse_bytes(std::string_view text);
+
+/// "1 byte", "640 bytes", "12.3 kB", "4.0 MB", "10.3 GB".
+[[nodiscard]] std::string bytes_text(double bytes);
 
 /// $BTFIELD_THREADS; 0 without.
 /// \throws InputError when it is no whole number from 1 on

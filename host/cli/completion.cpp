@@ -10,6 +10,7 @@
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
 #include "host/cli/shell_names.hpp"
 
 namespace btfield::cli {
@@ -400,6 +401,7 @@ void add_completion(CLI::App& app, Action& action) {
             if (options->output.empty()) {
                 emit_text(text);
             } else {
+                RunFiles(false, false).writes_text(options->output);
                 detail::write_file(options->output, text, "write '" + options->output + "'");
             }
         };

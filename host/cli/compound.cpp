@@ -17,6 +17,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/compound_report.hpp"
+#include "host/cli/fit_verdict.hpp"
 #include "host/cli/material_files.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
@@ -46,10 +47,12 @@ struct CompoundFitArguments {
 struct CompoundJob {
     fs::path picture, output;
     CompoundModel model;
+    std::string verdict;
     double read = 0.0, analysis = 0.0, fit = 0.0, total = 0.0;
 };
 
 std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
+    refuse_folders(options.pictures);
     check_joint(options.maps, options.pictures.size());
     const bool several = options.pictures.size() > 1 && !options.maps.joint;
     if (several && !(options.labels.empty() && options.labels_output.empty()))
@@ -141,6 +144,11 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
         bar.show(done + share - left, job.picture.filename().string() + ": " + std::string(stage));
     };
     job.model = fit_compound(device, input.picture.image, compound);
+    if (!options.json && is_valid(job.model))
+        job.verdict = verdict_text(
+            verdict_on(input.picture.image,
+                       [&](Size size) { return CompoundSynthesiser(device, job.model, size).synthesise(0); }),
+            job.model);
     input.provenance.reasons = std::move(job.model.provenance.reasons);
     job.model.provenance = std::move(input.provenance);
     if (options.maps.joint && is_valid(job.model))
@@ -159,15 +167,18 @@ Json fit_json(const CompoundJob& job) {
     return object;
 }
 
+/// First what people want to know, then the figures.
 std::string fit_text(const CompoundJob& job) {
-    return compound_text(job.model, model_file_bytes(job.output)) + "wrote " + job.output.string() +
-           " (read " + seconds_text(job.read) + ", analysis " + seconds_text(job.analysis) + ", fit " +
-           seconds_text(job.fit) + ", total " + seconds_text(job.total) + ")\n";
+    return "wrote " + job.output.string() + " (read " + seconds_text(job.read) + ", analysis " +
+           seconds_text(job.analysis) + ", fit " + seconds_text(job.fit) + ", total " +
+           seconds_text(job.total) + ")\n" + job.verdict + (job.verdict.empty() ? "" : "\n") +
+           compound_text(job.model, model_file_bytes(job.output));
 }
 
 void run_fit(const CompoundFitArguments& options) {
     const Stopwatch watch;
     std::vector<CompoundJob> jobs = plan_fits(options);
+    hint_at_joint(options.maps, options.pictures);
     preload_picture_formats();  // while the device opens
     Device device(options.device);
     const double opening = watch.seconds();

@@ -59,7 +59,7 @@ std::string quoted(const fs::path& path) {
 /// One model per picture: OUTPUT itself, or, where that is a folder, STEM.json inside. With --all ten, as
 /// STEM-MODEL.json. Jobs of a picture follow one another.
 std::vector<FitJob> plan(const FitArguments& options) {
-    std::error_code error;
+    refuse_folders(options.pictures);
     const bool all = !options.all.empty();
     if (all == !options.output.empty()) {
         throw UsageError(all ? "--output and --all: give one of the two" : "--output or --all is needed");
@@ -158,7 +158,9 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
         // Nothing of a model that cannot be grown, and no sentences about ten models of a picture.
         const bool told = !options.json && options.all.empty();
         if ((options.fit.choose_model || told) && is_valid(jobs[k].model)) {
-            const FitVerdict verdict = judge(device, picture.image, jobs[k].model);
+            const FitVerdict verdict = verdict_on(picture.image, [&](Size size) {
+                return Synthesiser(device, jobs[k].model, size).synthesise(0);
+            });
             const std::string structure = structure_reason(verdict);
             if (options.fit.choose_model && !structure.empty()) reasons.push_back(structure);
             if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, options.fit);
@@ -182,15 +184,18 @@ Json job_json(const FitJob& job, std::uintmax_t bytes) {
     return object;
 }
 
+/// First what people want to know, then the figures.
 std::string job_text(const FitJob& job, std::uintmax_t bytes) {
-    return model_text(job.model, bytes) + "wrote " + job.output.string() + " (read " +
-           seconds_text(job.read) + ", analysis " + seconds_text(job.analysis) + ", fit " +
-           seconds_text(job.fit) + ", total " + seconds_text(job.total) + ")\n" + job.verdict;
+    return "wrote " + job.output.string() + " (read " + seconds_text(job.read) + ", analysis " +
+           seconds_text(job.analysis) + ", fit " + seconds_text(job.fit) + ", total " +
+           seconds_text(job.total) + ")\n" + job.verdict + (job.verdict.empty() ? "" : "\n") +
+           model_text(job.model, bytes);
 }
 
 void run(const FitArguments& options) {
     const Stopwatch watch;
     std::vector<FitJob> jobs = plan(options);
+    hint_at_joint(options.maps, options.pictures);
     preload_picture_formats();  // while the device opens
     Device device(options.device);
     const double opening = watch.seconds();

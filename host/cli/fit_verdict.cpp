@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "btfield/criteria.hpp"
-#include "btfield/synthesis.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/report.hpp"
 
 namespace btfield::cli {
@@ -46,11 +46,11 @@ std::string silent_levels(const TextureModel& model) {
 
 }  // namespace
 
-FitVerdict judge(Device& device, const Image& picture, const TextureModel& model) {
+FitVerdict verdict_on(const Image& picture, const std::function<Image(Size)>& grow) {
     const Size size{std::min(picture.height(), largest_judged), std::min(picture.width(), largest_judged)};
     const Image part =
         picture.crop((picture.height() - size.height) / 2, (picture.width() - size.width) / 2, size);
-    const Image texture = Synthesiser(device, model, size).synthesise(0);
+    const Image texture = grow(size);
     return {compare(part, texture).lag_covariance_error, structure_distance(part, texture)};
 }
 
@@ -67,6 +67,21 @@ std::string verdict_text(const FitVerdict& verdict, const TextureModel& model, c
             "It loses shapes: structure distance " + number_text(verdict.structure_distance) +
             ", where 0.07 hardly shows. 'btfield compound fit' of the same picture keeps them, in tens of "
             "kilobytes; 'btfield roll' lays the picture's own patches.\n";
+    return text;
+}
+
+std::string verdict_text(const FitVerdict& verdict, const CompoundModel& model) {
+    std::string text = "It keeps the colours of " + detail::counted(model.regions.size(), "region") +
+                       " and their shares, and correlations of pixels to " +
+                       percent(verdict.lag_covariance_error) + " of the variance.\n";
+    const std::string distance = "structure distance " + number_text(verdict.structure_distance) +
+                                 ", where " + number_text(FitVerdict::noticeable_structure) + " hardly shows";
+    if (verdict.loses_shapes())
+        text += "Shapes are kept in part: " + distance +
+                ". Another number of --regions may come nearer; 'btfield roll' lays the picture's own "
+                "patches, and needs the picture.\n";
+    else if (std::isfinite(verdict.structure_distance))
+        text += "It keeps shapes: " + distance + ".\n";
     return text;
 }
 

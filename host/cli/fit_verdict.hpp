@@ -3,9 +3,10 @@
 /// \file
 /// What a model keeps of its picture, for people.
 
+#include <functional>
 #include <string>
 
-#include "btfield/device.hpp"
+#include "btfield/compound.hpp"
 #include "btfield/fit.hpp"
 #include "btfield/image.hpp"
 #include "btfield/models.hpp"
@@ -22,12 +23,14 @@ struct FitVerdict {
     static constexpr double noticeable_structure = 0.07;
 };
 
-/// \param model valid
-[[nodiscard]] FitVerdict judge(Device& device, const Image& picture, const TextureModel& model);
+/// \param grow  makes a texture of the model, which is valid
+[[nodiscard]] FitVerdict verdict_on(const Image& picture, const std::function<Image(Size)>& grow);
 
 /// One paragraph: what was kept, what is lost, what would keep more and what that costs.
 /// \param options that the model was fitted with: nothing of them is proposed again
 [[nodiscard]] std::string verdict_text(const FitVerdict& verdict, const TextureModel& model,
                                        const FitOptions& options);
+/// The same of a model with regions.
+[[nodiscard]] std::string verdict_text(const FitVerdict& verdict, const CompoundModel& model);
 
 }  // namespace btfield::cli

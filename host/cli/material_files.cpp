@@ -1,7 +1,9 @@
 #include "host/cli/material_files.hpp"
 
 #include <algorithm>
+#include <set>
 #include <span>
+#include <system_error>
 #include <utility>
 
 #include "btfield/error.hpp"
@@ -62,6 +64,42 @@ void check_joint(const JointArguments& arguments, std::size_t pictures) {
     if (!arguments.roles.empty() && arguments.roles.size() != pictures)
         throw UsageError("--roles: there are " + std::to_string(arguments.roles.size()) + " for " +
                          std::to_string(pictures) + " pictures");
+}
+
+bool are_maps(const std::vector<fs::path>& pictures) {
+    std::set<MapRole> roles;
+    std::set<fs::path> folders;
+    for (const fs::path& picture : pictures) {
+        roles.insert(role_of_name(picture));
+        folders.insert(picture.parent_path());
+    }
+    const bool relief = roles.contains(MapRole::normal) || roles.contains(MapRole::height);
+    roles.erase(MapRole::other);
+    return relief && roles.size() > 1 && folders.size() == 1;
+}
+
+void hint_at_joint(const JointArguments& arguments, const std::vector<std::string>& pictures) {
+    if (!arguments.joint && are_maps({pictures.begin(), pictures.end()}))
+        warn(
+            "these look like maps of one material; --joint models them as one, and their textures stay "
+            "registered (docs/materials.md)");
+}
+
+void refuse_folders(const std::vector<std::string>& pictures) {
+    for (const std::string& each : pictures) {
+        std::error_code error;
+        if (!fs::is_directory(each, error)) continue;
+        const std::set<std::string> extensions{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".hdr"};
+        std::vector<fs::path> inside;
+        for (const fs::directory_entry& entry : fs::directory_iterator(each, error))
+            if (extensions.contains(lower_extension(entry.path()))) inside.push_back(entry.path());
+        const bool maps = are_maps(inside);
+        const std::string all = (fs::path(each) / "").string() + "*";
+        throw InputError("fit '" + each + "'",
+                         maps ? "it is a folder, with maps of one material" : "it is a folder",
+                         maps ? "give its maps with --joint, as in: btfield fit " + all + " --joint -o MODEL"
+                              : "give the pictures in it, as in: btfield fit " + all + " -o FOLDER/");
+    }
 }
 
 JointPicture read_joint(Device& device, const std::vector<std::string>& files,

@@ -31,6 +31,15 @@ void add_joint(CLI::App& app, JointArguments& arguments);
 /// \throws UsageError when there are not as many roles as pictures, or roles or a convention without --joint
 void check_joint(const JointArguments& arguments, std::size_t pictures);
 
+/// Whether these are maps of one material by their names: a height or normals, and something else.
+[[nodiscard]] bool are_maps(const std::vector<std::filesystem::path>& pictures);
+
+/// Pictures that look like maps of one material and are not said to be: one warning.
+void hint_at_joint(const JointArguments& arguments, const std::vector<std::string>& pictures);
+
+/// \throws InputError where a picture's name is that of a folder, telling what to give instead
+void refuse_folders(const std::vector<std::string>& pictures);
+
 /// A material as one picture, and where it comes from.
 struct JointPicture {
     Picture picture;

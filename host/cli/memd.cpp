@@ -39,10 +39,11 @@ Json value_json(const Memd& result) {
     return object;
 }
 
-void report_json(const MemdArguments& options, const MemdOptions& used, const Memd& forward,
+void report_json(const MemdArguments& options, const MemdOptions& used, int planes, const Memd& forward,
                  const std::optional<Memd>& back, const std::string& device, const Stopwatch& total) {
     Json object = value_json(forward);
     object["metric"] = name(options.metric);
+    object["largest"] = number(memd_max(options.metric, planes));
     object["pixels"] = Json::array({forward.pixels[0], forward.pixels[1]});
     object["white"] = Json::array({number(used.white[0]), number(used.white[1])});
     if (back) object["reverse"] = value_json(*back);
@@ -55,15 +56,17 @@ void report_json(const MemdArguments& options, const MemdOptions& used, const Me
     emit_json(object);
 }
 
-std::string value_text(const std::string& what, const Memd& result) {
-    return what + " = " + number_text(result.memd) + " of 255 units, MEMD* " + number_text(result.memd_star) +
-           " %\n";
+/// \param largest  that the metric can have
+std::string value_text(const std::string& what, const Memd& result, double largest) {
+    return what + " = " + number_text(result.memd) + " of " + number_text(largest) + " units, MEMD* " +
+           number_text(result.memd_star) + " %\n";
 }
 
-void report_text(const MemdArguments& options, const MemdOptions& used, bool hdr, const Memd& forward,
-                 const std::optional<Memd>& back) {
-    std::string text = value_text("MEMD(A, B)", forward);
-    if (back) text += value_text("MEMD(B, A)", *back);
+void report_text(const MemdArguments& options, const MemdOptions& used, bool hdr, int planes,
+                 const Memd& forward, const std::optional<Memd>& back) {
+    const double largest = memd_max(options.metric, planes);
+    std::string text = value_text("MEMD(A, B)", forward, largest);
+    if (back) text += value_text("MEMD(B, A)", *back, largest);
     text += "metric " + std::string(name(options.metric)) + ", " +
             detail::counted(forward.pixels[0], "pixel") + " of A, " + std::to_string(forward.pixels[1]) +
             " of B, searched in " +
@@ -100,9 +103,9 @@ void run(const MemdArguments& options) {
     }
     if (!options.map.empty()) write_error_map(options.map, a.image.size(), forward.local_errors);
     if (options.json) {
-        report_json(options, used, forward, back, device.info().name, total);
+        report_json(options, used, a.image.planes(), forward, back, device.info().name, total);
     } else {
-        report_text(options, used, is_hdr(a) || is_hdr(b), forward, back);
+        report_text(options, used, is_hdr(a) || is_hdr(b), a.image.planes(), forward, back);
     }
 }
 
@@ -118,7 +121,10 @@ void add_memd(CLI::App& app, Action& action) {
     command->add_option("B", options->b, "picture whose pixels are taken; its size may differ")
         ->required()
         ->type_name("");
-    add_choice(*command, "--metric", options->metric, "distance of two colours (default: max)");
+    add_choice(
+        *command, "--metric", options->metric,
+        "distance of two colours, of d planes at most 255 (max), 255 d (l1) or 255 √d (l2), white being 255; "
+        "MEMD* is the percentage of that (default: max)");
     add_white(*command, options->white);
     command->add_flag("--both", options->both, "also with A and B exchanged: the measure is not symmetric");
     command

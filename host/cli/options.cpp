@@ -193,9 +193,10 @@ void add_limits(CLI::App& app) {
                                        "'" + text + "' is not a number of bytes, such as 500M or 4G");
         ::setenv("BTFIELD_MEMORY", text.c_str(), 1);
     };
-    app.add_option_function<std::string>("--memory", memory,
-                                         "device memory to plan with at most, such as 500M or 4G (default: "
-                                         "$BTFIELD_MEMORY, else 70 % of a CPU device's, 90 % of another's)")
+    app.add_option_function<std::string>(
+           "--memory", memory,
+           "device memory to plan with at most, such as 500M or 4G: what $BTFIELD_MEMORY says "
+           "otherwise (default: that, else 70 % of a CPU device's, 90 % of another's)")
         ->type_name("BYTES")
         ->group(general);
 }

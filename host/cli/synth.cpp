@@ -160,6 +160,10 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
         throw UsageError("--period excludes --control, whose size it is");
     if (options.models.size() > 1 && !(options.labels_output.empty() && options.control.empty()))
         throw UsageError("--control and --save-labels go with one model");
+    if (options.offset && !options.period && options.control.empty())
+        warn(
+            "--offset without --period: the plane repeats after the texture's own size, so that every window "
+            "is the same texture, shifted; give a larger --period for more of it");
     const int count = options.count.value_or(1);
     std::vector<SynthJob> jobs;
     RunFiles files(options.overwrite, options.json);
@@ -245,9 +249,17 @@ void write_maps(Device& device, const SynthArguments& options, SynthJob& job, st
         for (const std::string& remark : left_out) warn(remark);
 }
 
+/// Of textures: squares of larger values, which spectra are made of, leave single precision.
+constexpr double largest_value = 1e18;
+
 void write_texture(Device& device, const SynthArguments& options, SynthJob& job, std::size_t number,
                    const Image& texture) {
     const Stopwatch writing;
+    // What a model's numbers can lead to is no fault of a picture.
+    if (!std::ranges::all_of(texture.values(), [](float v) { return std::abs(v) <= largest_value; }))
+        throw InputError("synthesise from '" + job.file + "'",
+                         "its texture has values that are not finite or beyond " + number_text(largest_value),
+                         "the model's numbers are out of range: fit it again");
     if (job.material) {
         write_maps(device, options, job, number, texture);
         job.write += writing.seconds();

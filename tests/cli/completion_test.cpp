@@ -163,6 +163,9 @@ TEST(CliCompletion, FilesAndRefusals) {
         EXPECT_EQ(btfield({"completion", shell, "-o", shell}, here).code, 0);
         EXPECT_EQ(bytes_of(folder / shell), btfield({"completion", shell}).out);
     }
+    put_bytes(folder / "a.png", "\x89PNG\r\n\x1a\n and more");
+    expect_failure({"completion", "bash", "-o", "a.png"}, 1, "a picture is there", here);
+    EXPECT_EQ(bytes_of(folder / "a.png"), "\x89PNG\r\n\x1a\n and more");
     expect_failure({"completion", "cmd"}, 2, "bash|zsh|fish");
     expect_failure({"completion"}, 2, "SHELL");
     expect_failure({"completion", "zsh", "-o", "absent/zsh"}, 1, "absent", here);

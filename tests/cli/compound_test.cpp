@@ -81,6 +81,15 @@ TEST_F(CliCompound, FitInfoSynth) {
     EXPECT_EQ(test::bytes_of(at("p.png")), test::bytes_of(at("t-0.png")));
 }
 
+TEST_F(CliCompound, FitSaysWhatIsKept) {
+    const Ended ended = btfield(
+        {"compound", "fit", data + "/bark.png", "-o", at("b.btfm"), "--crop", "0,0,96,80", "--regions", "4"});
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    EXPECT_NE(ended.out.find("It keeps the colours of 4 regions"), std::string::npos) << ended.out;
+    EXPECT_NE(ended.out.find("structure distance"), std::string::npos) << ended.out;
+    EXPECT_LT(ended.out.find("It keeps"), ended.out.find("borders; labels explain"));
+}
+
 TEST_F(CliCompound, LabelsOfOnesOwn) {
     (void)fitted("first.json", {"--save-labels", at("labels.png")});
     const json again = expect_object({"compound", "fit", data + "/bark.png", "-o", at("second.json"),

@@ -66,6 +66,21 @@ TEST_F(CliMaterial, MapsComeBackRegisteredUnderTheirNames) {
         ASSERT_NEAR(window.values()[i], expected.values()[i], 2.0F / 65535.0F);
 }
 
+TEST_F(CliMaterial, MapsThatAreFittedApartAreToldOf) {
+    const Words quick{"--levels", "1", "--order", "1"};
+    Words words{"fit", maps_[0], maps_[1], maps_[2], "-o", "models/"};
+    words.insert(words.end(), quick.begin(), quick.end());
+    const test::Ended apart = run(words);
+    EXPECT_EQ(apart.code, 0) << apart.err;
+    EXPECT_NE(apart.err.find("--joint"), std::string::npos) << apart.err;
+    test::expect_failure({"fit", ".", "-o", "m.json"}, 1, "--joint -o MODEL",
+                         {.folder = folder_.path().string()});
+    test::expect_failure({"compound", "fit", "models", "-o", "m.json"}, 1, "it is a folder;",
+                         {.folder = folder_.path().string()});
+    EXPECT_EQ(run({"fit", maps_[0], "-o", "m.json", "--levels", "1", "--order", "1"}).err.find("--joint"),
+              std::string::npos);
+}
+
 TEST_F(CliMaterial, CompoundModelsToo) {
     const json fitted = object(
         {"compound", "fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.btfm", "--regions", "2"});

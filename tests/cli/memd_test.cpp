@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -82,6 +83,10 @@ TEST(CliMemd, HdrPictures) {
     const json one = json::parse(unlike.out);
     EXPECT_EQ(one["white"], json::array({2.0, 1.0}));
     EXPECT_EQ(one["metric"], "l2");
+    EXPECT_NEAR(one["largest"].get<double>(), 255.0 * std::sqrt(3.0), 1e-9);
+    EXPECT_NEAR(one["memd_star"].get<double>(),
+                100.0 * one["memd"].get<double>() / one["largest"].get<double>(), 1e-9);
+    EXPECT_NE(btfield({"memd", xyz, xyz, "--metric", "l2"}).out.find(" of 441.7"), std::string::npos);
     const Ended text = btfield({"memd", xyz, xyz});
     EXPECT_NE(text.out.find("white level 1 in A, 1 in B (--white"), std::string::npos) << text.out;
 }

@@ -24,6 +24,7 @@ namespace {
 using nlohmann::json;
 using test::btfield;
 using test::bytes_of;
+using test::Ended;
 using test::expect_failure;
 using test::put_bytes;
 using test::put_model;
@@ -91,6 +92,21 @@ TEST(CliRefusals, BadModels) {
     }
     expect_failure({"info", "count.json"}, 1, "15 coefficients instead of 16", here);
     expect_failure({"info", "newer.json"}, 1, "newer btfield", here);
+    // Numbers that no texture can have are the model's fault, whichever they are.
+    for (const char* key : {"coefficients", "noise_covariance"}) {
+        json huge = test::parsed(text);
+        json& numbers = huge["levels"][0]["models"][0][key];
+        numbers[0] = 1e308;
+        put_bytes(folder / "count.json", huge.dump());
+        const Ended ended = btfield({"synth", "count.json", "-o", "t.png"}, here);
+        EXPECT_EQ(ended.code, 1) << key;
+        EXPECT_EQ(ended.err.find("pixels"), std::string::npos) << ended.err;
+        EXPECT_NE(ended.err.find("fit"), std::string::npos) << ended.err;
+    }
+    json mean = test::parsed(text);
+    mean["mean"][0] = 1e308;
+    put_bytes(folder / "count.json", mean.dump());
+    expect_failure({"synth", "count.json", "-o", "t.png"}, 1, "the model's numbers are out of range", here);
     expect_failure({"synth", data + "/cork.png", "-o", "t.png"}, 1, "cork.png", here);
     EXPECT_EQ(folder.names(), before);
 }
@@ -158,6 +174,11 @@ TEST(CliRefusals, SizesBeyondTheDevice) {
                    here);
     expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1x2147483647"}, 1, "2147483647", here);
     expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "16x20000"}, 1, "above 16384 pixels", here);
+    const Ended little = btfield({"synth", "m.json", "-o", "t.exr", "--memory", "1"}, here);
+    EXPECT_EQ(little.code, 3);
+    EXPECT_NE(little.err.find("1 byte may be used"), std::string::npos) << little.err;
+    EXPECT_NE(little.err.find("BTFIELD_MEMORY"), std::string::npos) << little.err;
+    EXPECT_EQ(little.err.find("0x0"), std::string::npos) << little.err;
     expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1000000x1000000", "--method", "raster"}, 3,
                    "a size up to", here);
     EXPECT_EQ(folder.names(), Words{"m.json"});

@@ -203,7 +203,8 @@ TEST_F(CliSynth, OneNumberIsASquare) {
 
 TEST_F(CliSynth, WindowsOfOnePlaneContinueEachOther) {
     put("m.json", ModelKind::car3d, 3, PixelType::float32);
-    const json all = grow({"m.json", "-o", "out/all.tif", "--size", "96x64", "--offset", "0,0"});
+    const json all =
+        grow({"m.json", "-o", "out/all.tif", "--size", "96x64", "--offset", "0,0", "--period", "96x64"});
     EXPECT_EQ(all["period"], json::array({96, 64}));
     EXPECT_EQ(all["tileable"], true);
     const Image plane = read_picture(folder_ / "out/all.tif").image;
@@ -218,7 +219,11 @@ TEST_F(CliSynth, WindowsOfOnePlaneContinueEachOther) {
     for (std::size_t k = 0; k < window.values().size(); ++k)
         ASSERT_EQ(window.values()[k], expected.values()[k]);
     // A period that does not suit the pyramid becomes the next that does.
-    const json odd = grow({"m.json", "-o", "out/odd.png", "--size", "50x21", "--offset", "3,4"});
+    const Ended shifted =
+        synth({"m.json", "-o", "out/odd.png", "--size", "50x21", "--offset", "3,4", "--json"});
+    ASSERT_EQ(shifted.code, 0) << shifted.err;
+    EXPECT_NE(shifted.err.find("--offset without --period"), std::string::npos) << shifted.err;
+    const json odd = json::parse(shifted.out);
     EXPECT_GE(odd["period"][0], 50);
     EXPECT_EQ(odd["period"][0].get<int>() % 2, 0);
     EXPECT_EQ(odd["size"], json::array({50, 21}));
