@@ -98,7 +98,7 @@ TEST(CliRefusals, BadModels) {
         json& numbers = huge["levels"][0]["models"][0][key];
         numbers[0] = 1e308;
         put_bytes(folder / "count.json", huge.dump());
-        const Ended ended = btfield({"synth", "count.json", "-o", "t.png"}, here);
+        const Ended ended = btfield({"synth", "count.json", "-o", "t.tif"}, here);
         EXPECT_EQ(ended.code, 1) << key;
         EXPECT_EQ(ended.err.find("pixels"), std::string::npos) << ended.err;
         EXPECT_NE(ended.err.find("fit"), std::string::npos) << ended.err;
@@ -106,7 +106,7 @@ TEST(CliRefusals, BadModels) {
     json mean = test::parsed(text);
     mean["mean"][0] = 1e308;
     put_bytes(folder / "count.json", mean.dump());
-    expect_failure({"synth", "count.json", "-o", "t.png"}, 1, "the model's numbers are out of range", here);
+    expect_failure({"synth", "count.json", "-o", "t.tif"}, 1, "the model's numbers are out of range", here);
     expect_failure({"synth", data + "/cork.png", "-o", "t.png"}, 1, "cork.png", here);
     EXPECT_EQ(folder.names(), before);
 }
