@@ -234,9 +234,9 @@ TEST(CliCommand, ThreadsAndMemoryAreBounded) {
     }
     expect_failure(
         {"synth", "m.json", "-o", "large.png", "--size", "4096x4096", "--memory", "20MB", "--device", "cpu"},
-        3, "0.0 GB may be used", here);
+        3, "20.0 MB may be used", here);
     expect_failure({"synth", "m.json", "-o", "large.png", "--size", "4096x4096", "--memory", "20MB"}, 3,
-                   "allow more memory with --memory", here);
+                   "allow more device memory ($BTFIELD_MEMORY)", here);
     EXPECT_FALSE(std::filesystem::exists(folder / "large.png"));
     for (const char* threads : {"0", "-1", "two", "1.5", ""})
         expect_failure({"info", "m.json", "--threads", threads}, 2, "--threads", here);

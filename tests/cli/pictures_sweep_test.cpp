@@ -62,7 +62,10 @@ const std::vector<Way> ways{{"t.png", {"--type", "uint8"}, 2.3 / 255.0 / 3.4},
 
 /// Light of Rec. 709 where the values are colours, the values where they are not.
 Image light_of(Image image) {
-    if (image.space() != ColourSpace::unspecified) detail::convert(image, ColourSpace::linear);
+    if (image.space() != ColourSpace::unspecified)
+        detail::convert(image, ColourSpace::linear);
+    else
+        detail::convert_planes(image, ColourSpace::linear);
     return image;
 }
 
@@ -94,6 +97,7 @@ class CliPicturesSweepLong : public testing::Test {
             0);
         const Picture kept = read_picture(folder_ / "kept.exr");
         EXPECT_EQ(kept.image.space(), whole.image.space());
+        EXPECT_EQ(kept.image.plane_spaces(), whole.image.plane_spaces());
         for (int p = 0; p < picture.planes(); ++p) {
             const Statistics a = statistics(picture.plane(p)), b = statistics(kept.image.plane(p));
             // Marginals are the picture's; what is left is chance, on a texture of the picture's size.
