@@ -42,7 +42,7 @@ class ScreenCoding {
     }
     [[nodiscard]] float operator()(float linear) const {
         const float at = std::min(std::abs(linear) * scale_, static_cast<float>(last));
-        return table_[static_cast<size_t>(at + 0.5F)];
+        return table_[static_cast<size_t>(std::lround(at))];
     }
 
   private:
