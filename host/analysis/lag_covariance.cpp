@@ -38,7 +38,7 @@ void require_pixels(const Image& image, const char* asked) {
 
 LagCovariance::LagCovariance(int planes, Size size, Offset box) : planes_(planes), size_(size), box_(box) {
     const std::string asked =
-        "lag covariances of " + std::to_string(planes) + " planes up to lag " + detail::text_of(box);
+        "lag covariances of " + detail::counted(planes, "plane") + " up to lag " + detail::text_of(box);
     if (planes < 1) throw InputError(asked, "there is no plane", "use at least one");
     if (box.row < 0 || box.column < 0) throw InputError(asked, "the box is negative", "use lags from 0 up");
     const double count = (static_cast<double>(box.row) + 1.0) * (2.0 * box.column + 1.0) *

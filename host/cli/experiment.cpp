@@ -74,7 +74,7 @@ class RunProgress {
         if (progress.seconds - last_line_ < line_interval) return;
         last_line_ = progress.seconds;
         const std::string line = std::to_string(progress.skipped + finished) + " of " +
-                                 std::to_string(progress.jobs) + " jobs: " + text + "\n";
+                                 detail::counted(progress.jobs, "job") + ": " + text + "\n";
         std::fputs(line.c_str(), stderr);
     }
 
@@ -270,7 +270,7 @@ void warn_of_others(const std::string& database, const ExperimentTableOptions& o
                                                &ExperimentContents::Configuration::name);
     if (shown == contents.configurations.end() || shown->jobs == contents.jobs) return;
     const std::uint64_t others = contents.jobs - shown->jobs;
-    warn(std::to_string(others) + " of the " + std::to_string(contents.jobs) + " jobs in '" + database +
+    warn(std::to_string(others) + " of the " + detail::counted(contents.jobs, "job") + " in '" + database +
          (others == 1 ? "' is" : "' are") + " of pictures or settings that '" + shown->name +
          "' does not have, and " + (others == 1 ? "does" : "do") +
          " not count; see --all-configurations, and 'experiment forget --stale'");

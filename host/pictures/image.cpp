@@ -74,7 +74,7 @@ Image::Image(Size size, int planes, ColourSpace space)
 void Image::set_names(std::vector<std::string> names) {
     if (!names.empty() && names.size() != static_cast<std::size_t>(planes_)) {
         throw InputError("name the planes of a picture",
-                         std::to_string(names.size()) + " names for " + std::to_string(planes_) + " planes",
+                         detail::counted(names.size(), "name") + " for " + detail::counted(planes_, "plane"),
                          "give one name to each plane, or none");
     }
     names_ = std::move(names);

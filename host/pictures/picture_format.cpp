@@ -272,7 +272,7 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
         if (!any && entry->planes[1] != entry->planes[0]) holds += " or " + std::to_string(entry->planes[1]);
         throw InputError(
             asked,
-            "the picture has " + std::to_string(planes) + " planes and " + extension + " holds " + holds,
+            "the picture has " + counted(planes, "plane") + " and " + extension + " holds " + holds,
             "use .tif or .exr, which hold any number");
     }
 

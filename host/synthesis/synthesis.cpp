@@ -213,12 +213,14 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         for (int side = 16; side <= fft_longest_side / 2; side *= 2)
             for (const int candidate : {side, side + side / 2})
                 if (fits(layout_.resized(model, {candidate, candidate}), 1)) fitting = candidate;
+        const auto largest = static_cast<double>(device_->largest_allocation());
+        const std::string piece =
+            largest < device_->memory_limit() ? ", at most " + bytes_text(largest) + " in one piece" : "";
         throw DeviceError(
-            "synthesise " + compact_text_of(layout_.size) + " with " + std::to_string(planes_) +
-                " planes on device '" + device_->info().name + "'",
+            "synthesise " + compact_text_of(layout_.size) + " with " + counted(planes_, "plane") +
+                " on device '" + device_->info().name + "'",
             "it takes " + bytes_text(bytes(layout_, 1)) + " where " + bytes_text(device_->memory_limit()) +
-                " may be used, at most " + bytes_text(static_cast<double>(device_->largest_allocation())) +
-                " in one piece",
+                " may be used" + piece,
             (fitting > 0 ? "give a size up to about " + compact_size_text(fitting, fitting) + ", allow"
                          : std::string("allow")) +
                 " more device memory ($BTFIELD_MEMORY), or take a device that has more");

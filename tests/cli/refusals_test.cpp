@@ -179,6 +179,8 @@ TEST(CliRefusals, SizesBeyondTheDevice) {
     EXPECT_NE(little.err.find("1 byte may be used"), std::string::npos) << little.err;
     EXPECT_NE(little.err.find("BTFIELD_MEMORY"), std::string::npos) << little.err;
     EXPECT_EQ(little.err.find("0x0"), std::string::npos) << little.err;
+    EXPECT_EQ(little.err.find("in one piece"), std::string::npos) << little.err;
+    EXPECT_EQ(little.err.find("1 planes"), std::string::npos) << little.err;
     expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1000000x1000000", "--method", "raster"}, 3,
                    "a size up to", here);
     EXPECT_EQ(folder.names(), Words{"m.json"});

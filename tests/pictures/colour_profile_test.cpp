@@ -188,6 +188,21 @@ TEST_F(ColourProfile, JpegProfileInPiecesAndOrientation) {
     }
 }
 
+TEST_F(ColourProfile, JpegIsTurnedByXmpWhereExifIsSilent) {
+    write_picture(folder_ / "plain.jpg", Image({8, 16}, 3, ColourSpace::srgb));
+    const std::string xmp = std::string("http://ns.adobe.com/xap/1.0/\0", 29) + "<r tiff:Orientation='8'/>";
+    const auto with = [&](const std::string& exif) {
+        put_bytes(folder_ / "a.jpg",
+                  test::with_segments(test::bytes_of(folder_ / "plain.jpg"), {{0xE1, exif}, {0xE1, xmp}}));
+        return read_picture(folder_ / "a.jpg");
+    };
+    const Picture turned = with("Exif of another kind");
+    EXPECT_EQ(turned.image.size(), (Size{16, 8}));
+    ASSERT_EQ(turned.remarks.size(), 1U);
+    EXPECT_NE(turned.remarks[0].find("XMP"), std::string::npos);
+    EXPECT_EQ(with(std::string("Exif\0\0", 6) + test::exif_bytes(1)).image.size(), (Size{8, 16}));
+}
+
 TEST_F(ColourProfile, JpegOfInksEitherWayRound) {
     // Adobe stores 255 - ink.
     for (const bool adobe : {true, false}) {

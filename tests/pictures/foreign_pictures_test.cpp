@@ -332,6 +332,10 @@ TEST_F(ForeignPictures, WebpProfileExifAndAlpha) {
     expect_pixel(picture.image, p3_as_srgb(stored, 2.2), 3e-4);
     ASSERT_EQ(picture.alpha.size(), 2U);
     EXPECT_EQ(picture.alpha[1], 0.2F);
+    const std::string silent = "WEBP" + riff_chunk("VP8X", std::string(1, '\x14') + canvas.substr(1)) +
+                               plain.substr(pixels) +
+                               riff_chunk("XMP ", "<tiff:Orientation>6</tiff:Orientation>");
+    EXPECT_EQ(read("c.webp", riff_chunk("RIFF", silent)).image.size(), (Size{2, 1}));
 }
 
 std::string box(const std::string& name, const std::string& content) {
