@@ -53,7 +53,7 @@ const std::vector<float>& srgb_encoding() {
 
 float looked_up(float value, const std::vector<float>& table) {
     const float place = std::clamp(value, 0.0F, 1.0F) * 65535.0F;
-    return table[static_cast<size_t>(place + 0.5F)];
+    return table[static_cast<size_t>(std::lround(place))];
 }
 
 bool is_integer(PixelType type) {

@@ -10,6 +10,8 @@ void add_btf(CLI::App& app, Action& action) {
     add_btf_make(*command, action);
     add_btf_info(*command, action);
     add_btf_convert(*command, action);
+    add_btf_fit(*command, action);
+    add_btf_synth(*command, action);
     for (CLI::App* each : command->get_subcommands({})) each->fallthrough();
 }
 

@@ -14,6 +14,7 @@ namespace btfield::detail {
 
 inline constexpr const char* texture_format = "btfield";
 inline constexpr const char* compound_format = "btfield-compound";
+inline constexpr const char* btf_format = "btfield-btf";
 
 [[nodiscard]] nlohmann::ordered_json size_value(Size size);
 [[nodiscard]] nlohmann::ordered_json provenance_value(const Provenance& provenance);

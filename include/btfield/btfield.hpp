@@ -5,6 +5,7 @@
 /// that name the headers they need compile faster.
 
 #include "btfield/api.hpp"             // IWYU pragma: export
+#include "btfield/btf_model.hpp"       // IWYU pragma: export
 #include "btfield/btf_output.hpp"      // IWYU pragma: export
 #include "btfield/btf_set.hpp"         // IWYU pragma: export
 #include "btfield/certificate.hpp"     // IWYU pragma: export

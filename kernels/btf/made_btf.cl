@@ -3,34 +3,12 @@
 // in pixels; x is right, y up, so that rows descend along y.
 
 #include "base/lanes.clh"
+#include "btf/relief_ray.clh"
 
-// Pixels from one look along a ray to the next, of views and of lights.
-#define VIEW_STEP 0.5f
+// Pixels from one look along a ray to the next.
 #define LIGHT_STEP 0.7f
 // Width of a shadow's edge over the distance to what throws it.
 #define SOFTNESS 0.15f
-
-inline float wrapped(float x, int n) {
-    const float size = (float)n;
-    const float y = x - size * floor(x / size);
-    return y >= size ? 0.0f : fmax(y, 0.0f);
-}
-
-// Between the four pixels around a place on the torus, that is 0 <= x < width, 0 <= y < height.
-inline float between(__global const float* values, float x, float y, int width, int height) {
-    const int left = min((int)x, width - 1), top = min((int)y, height - 1);
-    const int right = left + 1 == width ? 0 : left + 1, bottom = top + 1 == height ? 0 : top + 1;
-    const float across = x - (float)left, down = y - (float)top;
-    __global const float* upper = values + (size_t)top * width;
-    __global const float* lower = values + (size_t)bottom * width;
-    const float a = upper[left] + across * (upper[right] - upper[left]);
-    const float b = lower[left] + across * (lower[right] - lower[left]);
-    return a + down * (b - a);
-}
-
-inline float height_at(__global const float* relief, float x, float y, int width, int height) {
-    return between(relief, wrapped(x, width), wrapped(y, height), width, height);
-}
 
 #ifdef BTFIELD_KERNEL_trace_view
 // Where the ray to the viewer through each pixel of the mean plane first meets the surface, coming from the viewer, and
@@ -40,24 +18,7 @@ __kernel void trace_view(__global const float* relief, __global const float* map
                          float lowest, float highest, __global float* hits, __global float* seen, int width, int height) {
     const int column = (int)get_global_id(0), row = (int)get_global_id(1);
     if (column >= width) return;
-    const float first = highest / dz, last = lowest / dz;
-    const int steps = (int)ceil((first - last) / VIEW_STEP);
-    float t = last;
-    for (int i = 1; i <= steps; ++i) {
-        const float at = first - VIEW_STEP * (float)i;
-        if (dz * at > height_at(relief, column + dx * at, row - dy * at, width, height)) continue;
-        // Between here, at or below the surface, and the step before, above it.
-        float below = at, above = at + VIEW_STEP;
-        for (int k = 0; k < 6; ++k) {
-            const float middle = 0.5f * (below + above);
-            if (dz * middle > height_at(relief, column + dx * middle, row - dy * middle, width, height))
-                above = middle;
-            else
-                below = middle;
-        }
-        t = 0.5f * (below + above);
-        break;
-    }
+    const float t = distance_met(relief, column, row, dx, dy, dz, lowest, highest, width, height);
     const float x = wrapped(column + dx * t, width), y = wrapped(row - dy * t, height);
     const size_t pixels = (size_t)width * height, pixel = (size_t)row * width + column;
     hits[pixel] = x;

@@ -180,5 +180,91 @@ TEST_F(CliBtf, WhatCannotBeMadeIsOneLine) {
     expect_failure({"btf", "info", at("full")}, 1, "its version is not 1");
 }
 
+/// A made set of 9 views and lights.
+class CliBtfModel : public CliBtf {
+  protected:
+    CliBtfModel() {
+        std::string directions = "0 0\n";
+        for (const int theta : {30, 60})
+            for (int phi = 0; phi < 360; phi += 90)
+                directions += std::to_string(theta) + " " + std::to_string(phi) + "\n";
+        test::put_bytes(at("directions.txt"), directions);
+        static_cast<void>(expect_object(make("set")));
+    }
+    [[nodiscard]] Words fit(const std::string& model, Words more = {}) const {
+        Words words{"btf", "fit", at("set"), "-o", at(model), "--periodic", "--planes", "4"};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    }
+};
+
+TEST_F(CliBtfModel, FitsAndGrows) {
+    const json fitted = expect_object(fit("m.btfm", {"--leave-out", "9", "--levels", "1", "--order", "1"}));
+    expect_keys(fitted, {"output", "method", "planes", "unexplained", "clusters", "pictures", "relief",
+                         "left_out", "model", "valid", "bytes", "compression_ratio", "device"});
+    expect_seconds(fitted, {"total"});
+    EXPECT_EQ(fitted["method"], "joint");
+    EXPECT_EQ(fitted["planes"], 4);
+    EXPECT_EQ(fitted["pictures"], 72);
+    EXPECT_EQ(fitted["relief"]["from"], "set");
+    EXPECT_EQ(fitted["left_out"]["directions"], 9);
+    EXPECT_LT(fitted["left_out"]["pixels_median"], fitted["left_out"]["nearest"]["pixels_median"]);
+    EXPECT_EQ(fitted["bytes"], fs::file_size(at("m.btfm")));
+
+    const json one = expect_object({"btf", "synth", at("m.btfm"), "-o", at("one.png"), "--view", "20,40",
+                                    "--light", "45,-90", "--size", "48x32", "--seed", "2"});
+    expect_keys(one, {"outputs", "size", "seeds", "tileable", "clamped_pixels", "device"});
+    expect_seconds(one, {"setup", "per_texture", "total"});
+    const Image picture = read_picture(at("one.png")).image;
+    EXPECT_EQ(picture.size(), (Size{32, 48}));
+    EXPECT_EQ(picture.space(), ColourSpace::srgb);
+
+    const json all =
+        expect_object({"btf", "synth", at("m.btfm"), "-o", at("all"), "--all", "--type", "half"});
+    EXPECT_EQ(all["pictures"], 81);
+    const BtfSet grown = BtfSet::open(at("all"));
+    EXPECT_EQ(grown.pictures().size(), 81U);
+    EXPECT_EQ(grown.description().height.planes(), 1);
+    // The same surface in the same direction is the same picture.
+    const json same = expect_object(
+        {"btf", "synth", at("m.btfm"), "-o", at("same.exr"), "--view", "30,90", "--light", "60,180"});
+    EXPECT_EQ(same["size"], json::array({24, 16}));
+    const Image a = read_picture(at("same.exr")).image;
+    int view = -1, light = -1;
+    for (int i = 0; i < 9; ++i) {
+        if (angle_between(grown.views()[static_cast<std::size_t>(i)],
+                          {std::numbers::pi / 6, std::numbers::pi / 2}) < 1e-3)
+            view = i;
+        if (angle_between(grown.lights()[static_cast<std::size_t>(i)],
+                          {std::numbers::pi / 3, std::numbers::pi}) < 1e-3)
+            light = i;
+    }
+    const Image b = grown.picture(view, light);
+    for (std::size_t i = 0; i < a.values().size(); ++i) ASSERT_NEAR(a.values()[i], b.values()[i], 2e-3) << i;
+
+    const json surface = expect_object({"btf", "synth", at("m.btfm"), "-o", at("s.exr"), "--surface"});
+    const Image planes = read_picture(at("s.exr")).image;
+    EXPECT_EQ(planes.planes(), 5);
+    EXPECT_EQ(surface["tileable"], true);
+}
+
+TEST_F(CliBtfModel, RefusesWhatCannotBe) {
+    expect_failure(fit("m.png"), 1, "name of a picture");
+    expect_failure(fit("m.json", {"--height-scale", "3"}), 2, "--height");
+    expect_failure(fit("m.json", {"--height", at("height.png")}), 1, "--height-scale");
+    expect_failure(fit("m.json", {"--leave-out", "1"}), 1, "leave out");
+    expect_failure(fit("m.json", {"--planes", "0"}), 2, "--planes");
+    expect_failure({"btf", "synth", at("none.btfm"), "-o", at("o.png"), "--view", "0,0", "--light", "0,0"}, 1,
+                   "none.btfm");
+    test::put_bytes(at("m.json"), "{}");
+    expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png"), "--view", "0,0", "--light", "0,0"}, 1,
+                   "format");
+    expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png"), "--view", "0,0"}, 2, "--light");
+    expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png")}, 2, "--view");
+    expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png"), "--view", "90,0", "--light", "0,0"}, 2,
+                   "below 90");
+    EXPECT_FALSE(fs::exists(at("o.png")));
+}
+
 }  // namespace
 }  // namespace btfield

@@ -1,0 +1,75 @@
+#include "host/btf/surface_view.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace btfield::detail {
+namespace {
+
+/// Views whose rays are kept: pictures of one view under many lights come after each other.
+constexpr std::size_t kept_views = 4;
+/// Numbers of a colour before its weights.
+constexpr int table_head = 4;
+
+Image first_plane(const Image& image) {
+    Image plane(image.size(), 1);
+    std::ranges::copy(image.plane(0), plane.values().begin());
+    return plane;
+}
+
+}  // namespace
+
+SurfaceView::SurfaceView(DeviceImpl& device, const Image& surface, int colours)
+    : device_(&device),
+      size_(surface.size()),
+      colours_(colours),
+      planes_(surface.planes() - 1),
+      padded_((surface.planes() + 2) / 4 * 4),
+      relief_(device, first_plane(surface)) {
+    const auto padded = static_cast<std::size_t>(padded_);
+    std::vector<float> values(padded * area(size_));
+    for (int k = 0; k < planes_; ++k) {
+        const auto plane = surface.plane(k + 1);
+        for (std::size_t p = 0; p < plane.size(); ++p)
+            values[p * padded + static_cast<std::size_t>(k)] = plane[p];
+    }
+    planes_of_pixels_ = device.upload(values);
+}
+
+SurfaceView::Rays SurfaceView::rays(const std::array<double, 3>& view) const {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [own, rays] : kept_)
+        if (own == view) return rays;
+    const Rays made = std::make_shared<const DeviceRays>(relief_.device_rays(view));
+    if (kept_.size() >= kept_views) kept_.pop_front();
+    kept_.emplace_back(view, made);
+    return made;
+}
+
+Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeights& weights) const {
+    const Rays seen = rays(view);
+    const auto stride = static_cast<std::size_t>(padded_ + table_head);
+    std::vector<float> table(stride * static_cast<std::size_t>(colours_));
+    for (std::size_t c = 0; c < static_cast<std::size_t>(colours_); ++c) {
+        float* const own = table.data() + c * stride;
+        own[0] = static_cast<float>(weights.mean[c]);
+        own[1] = static_cast<float>(weights.offsets[c]);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(planes_); ++k)
+            own[table_head + k] =
+                static_cast<float>(weights.weights[c * static_cast<std::size_t>(planes_) + k]);
+    }
+    Image image(size_, colours_);
+    const Buffer uploaded = device_->upload(table), picture = device_->buffer(image.values().size_bytes());
+    BuildParameters parameters;
+    parameters.set("BTFIELD_PLANES", padded_).set("BTFIELD_COLOURS", colours_);
+    device_->launch(device_->kernel("view_rays", "show_planes", parameters),
+                    {static_cast<std::size_t>(size_.width), static_cast<std::size_t>(size_.height)},
+                    Grain::fine, planes_of_pixels_, seen->x, seen->y, uploaded, picture, size_.width,
+                    size_.height);
+    device_->read(picture, image.values().data(), image.values().size_bytes());
+    return image;
+}
+
+}  // namespace btfield::detail

@@ -1,0 +1,37 @@
+#pragma once
+
+// Pictures of planes of a surface, seen through its relief (theory 21.1).
+
+#include <array>
+#include <deque>
+#include <memory>
+#include <mutex>
+
+#include "btfield/image.hpp"
+#include "host/btf/direction_interpolation.hpp"
+#include "host/btf/view_rays.hpp"
+
+namespace btfield::detail {
+
+/// For any number of threads.
+class SurfaceView {
+  public:
+    /// \param surface  height in pixels, then planes
+    SurfaceView(DeviceImpl& device, const Image& surface, int colours);
+    /// [colour]
+    [[nodiscard]] Image picture(const std::array<double, 3>& view, const PictureWeights& weights) const;
+
+  private:
+    using Rays = std::shared_ptr<const DeviceRays>;
+    [[nodiscard]] Rays rays(const std::array<double, 3>& view) const;
+
+    DeviceImpl* device_;
+    Size size_;
+    int colours_, planes_, padded_;
+    RelievedSurface relief_;
+    Buffer planes_of_pixels_;
+    mutable std::mutex mutex_;  ///< of what follows
+    mutable std::deque<std::pair<std::array<double, 3>, Rays>> kept_;
+};
+
+}  // namespace btfield::detail

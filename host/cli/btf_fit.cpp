@@ -1,0 +1,233 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "btfield/btf_model.hpp"
+#include "btfield/device.hpp"
+#include "btfield/error.hpp"
+#include "host/base/text.hpp"
+#include "host/cli/btf_parts.hpp"
+#include "host/cli/command_text.hpp"
+#include "host/cli/model_report.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/picture_options.hpp"
+#include "host/cli/report.hpp"
+#include "host/cli/run_files.hpp"
+#include "host/cli/selection_options.hpp"
+#include "host/fit/fit_names.hpp"
+
+namespace btfield::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* asked_fit = "fit a BTF";
+
+struct BtfFitArguments {
+    std::string set, output, height, device;
+    BtfOptions reading;
+    BtfFitOptions fit;
+    std::optional<double> height_scale;
+    bool overwrite = false, json = false;
+};
+
+/// In pixels where its file has floats; else fractions, which need --height-scale.
+Image read_height(const BtfFitArguments& options) {
+    ReadOptions reading;
+    reading.keep_values = true;
+    reading.crop = options.reading.crop;
+    Picture picture = read_told(options.height, reading);
+    if (picture.image.planes() != 1)
+        throw InputError("take '" + options.height + "' as a height",
+                         "it has " + detail::counted(picture.image.planes(), "plane"), "give a grey picture");
+    if (!is_hdr(picture) && !options.height_scale)
+        throw InputError("take '" + options.height + "' as a height",
+                         "nothing tells how many pixels black and white of it are apart",
+                         "give --height-scale, or heights in pixels as EXR or TIFF of floats");
+    for (float& value : picture.image.values())
+        value *= static_cast<float>(options.height_scale.value_or(1.0));
+    return std::move(picture.image);
+}
+
+Json errors_json(const BtfErrors& errors) {
+    Json object;
+    object["pixels_median"] = number(errors.median);
+    object["pixels_mean"] = number(errors.mean);
+    object["mean_error"] = number(errors.mean_error);
+    object["std_error"] = number(errors.std_error);
+    return object;
+}
+
+double relief_range(const Image& surface) {
+    const auto [low, high] = std::ranges::minmax(surface.plane(0));
+    return static_cast<double>(high) - static_cast<double>(low);
+}
+
+double ratio_of(const BtfModel& model, std::uintmax_t bytes) {
+    return static_cast<double>(model.picture_bytes) / static_cast<double>(std::max<std::uintmax_t>(bytes, 1));
+}
+
+Json fit_json(const BtfFitArguments& options, const BtfFit& fit, std::uintmax_t bytes) {
+    Json object;
+    object["output"] = options.output;
+    object["method"] = "joint";
+    object["planes"] = fit.model.planes();
+    object["unexplained"] = number(fit.model.unexplained);
+    object["clusters"] = nullptr;
+    object["pictures"] = fit.model.pairs.size();
+    Json relief;
+    relief["from"] = fit.model.relief;
+    relief["range"] = number(relief_range(fit.surface));
+    relief["scale_factor"] = number(fit.model.scale_factor);
+    object["relief"] = std::move(relief);
+    if (fit.score) {
+        Json score = errors_json(fit.score->model);
+        score["directions"] = fit.score->pairs.size();
+        score["nearest"] = errors_json(fit.score->nearest);
+        score["neighbours"] = errors_json(fit.score->neighbours);
+        object["left_out"] = std::move(score);
+    }
+    object["model"] = std::string(name(fit.model.surface.kind));
+    object["valid"] = is_valid(fit.model.surface);
+    object["bytes"] = bytes;
+    object["compression_ratio"] = number(ratio_of(fit.model, bytes));
+    return object;
+}
+
+std::string percent(double share) {
+    return number_text(100.0 * share) + " %";
+}
+
+std::string relief_text(const BtfFit& fit) {
+    const std::string& from = fit.model.relief;
+    if (from == "level") return "The surface counts as level.\n";
+    const std::string where = from == "given" ? "the height that was given"
+                              : from == "set" ? "the set's own height"
+                                              : "photometric stereo of the view from above";
+    return "Relief: " + where + ", times " + number_text(fit.model.scale_factor) + ", over " +
+           number_text(relief_range(fit.surface)) + " pixels.\n";
+}
+
+std::string fit_text(const BtfFitArguments& options, const BtfFit& fit, std::uintmax_t bytes,
+                     double seconds) {
+    const BtfModel& model = fit.model;
+    std::string text = "wrote " + options.output + ": " + std::to_string(model.pairs.size()) +
+                       " pictures of " + detail::text_of(model.size) + " pixels as " +
+                       detail::counted(model.planes(), "plane") + ", in " + seconds_text(seconds) + "\n";
+    text += relief_text(fit);
+    text += "The planes leave " + percent(model.unexplained) +
+            " of the variance of the pictures unexplained; more --planes leave less.\n";
+    if (fit.score) {
+        const BtfScore& score = *fit.score;
+        text += std::to_string(score.pairs.size()) +
+                " pictures that the fit was not shown: pixels are off by " + percent(score.model.median) +
+                " of a picture's deviation (median), means by " + percent(score.model.mean_error) +
+                ", deviations by " + percent(score.model.std_error) + ".\nThe nearest picture is off by " +
+                percent(score.nearest.median) + ", the four nearest together by " +
+                percent(score.neighbours.median) + ".\n";
+    }
+    return text + std::to_string(bytes) + " bytes, 1 : " + number_text(ratio_of(model, bytes)) +
+           " of 8-bit pictures\n";
+}
+
+double share_of(std::string_view stage, double share) {
+    constexpr std::pair<std::string_view, std::pair<double, double>> stages[] = {{"relief", {0.0, 0.05}},
+                                                                                 {"pictures", {0.05, 0.5}},
+                                                                                 {"scale", {0.55, 0.1}},
+                                                                                 {"planes", {0.65, 0.3}},
+                                                                                 {"field", {0.95, 0.05}}};
+    for (const auto& [name, part] : stages)
+        if (name == stage) return part.first + part.second * share;
+    return 1.0;
+}
+
+void run_fit(const BtfFitArguments& given) {
+    const Stopwatch total;
+    BtfFitArguments options = given;
+    if (options.height_scale && options.height.empty()) throw UsageError("--height-scale goes with --height");
+    RunFiles files(options.overwrite, options.json);
+    if (!options.height.empty()) files.reads(options.height, "that is the height");
+    files.writes_model(options.output);
+    BtfSet set = open_told(options.set, options.reading);
+    if (!options.height.empty()) options.fit.height = read_height(options);
+    Device device(options.device);
+    BtfFit fit;
+    {
+        Progress progress;
+        const Stopwatch watch;
+        const auto all = static_cast<double>(set.pictures().size());
+        options.fit.progress = [&](std::string_view stage, double share) {
+            std::string what(stage);
+            if (stage == "pictures")
+                what += ", " + number_text(all * share / std::max(watch.seconds(), 1e-9)) + "/s";
+            progress.show(share_of(stage, share), what);
+        };
+        fit = fit_btf(device, set, options.fit);
+    }
+    for (const std::string& remark : fit.remarks) warn(remark);
+    if (!is_valid(fit.model.surface))
+        warn("'" + options.output + "' is not certified at " + uncertified_levels(fit.model.surface) +
+             ", and synth will refuse it; use another --order or --model");
+    write_btf_model(options.output, fit.model);
+    const std::uintmax_t bytes = model_file_bytes(options.output);
+    if (options.json) {
+        Json object = fit_json(options, fit, bytes);
+        object["device"] = device.info().name;
+        object["seconds"]["total"] = total.seconds();
+        emit_json(object);
+    } else {
+        emit_result(fit_text(options, fit, bytes, total.seconds()));
+    }
+}
+
+}  // namespace
+
+void add_btf_fit(CLI::App& parent, Action& action) {
+    CLI::App* command = parent.add_subcommand("fit", "fit a model to a BTF");
+    const auto options = std::make_shared<BtfFitArguments>();
+    command->add_option("SET", options->set, "pictures of a material, as btf info takes them")
+        ->required()
+        ->type_name("");
+    command->add_option("-o,--output", options->output, "model: JSON, or CBOR when the name ends in .btfm")
+        ->required()
+        ->type_name("MODEL");
+    BtfFitOptions& fit = options->fit;
+    add_int(*command, "--planes", fit.planes, 1, 60, "planes of the surface (default: 16)");
+    add_int(*command, "--leave-out", fit.leave_out, 0, 1 << 20,
+            "do not show a picture in n to the fit, and tell how well those are made up");
+    const std::string relief = "Relief";
+    command->add_option("--height", options->height, "height map of the surface, of the pictures' size")
+        ->type_name("IMAGE")
+        ->group(relief);
+    add_positive(*command, "--height-scale", options->height_scale,
+                 "pixels between black and white of --height (default: floats are pixels)")
+        ->group(relief);
+    command
+        ->add_flag("--find-scale", fit.find_scale,
+                   "find the factor on the relief for which the views agree best, whatever it is from")
+        ->group(relief);
+    command
+        ->add_flag("--periodic", fit.periodic,
+                   "opposite edges of the pictures continue each other: they tile")
+        ->group(relief);
+    add_selection(*command, fit.field);
+    add_choice(*command, "--estimator", fit.field.estimator,
+               "least squares, exact maximum likelihood, or the first where it is valid (default: auto)");
+    add_btf_reading(*command, options->reading);
+    add_device(*command, options->device);
+    add_overwrite(*command, options->overwrite);
+    add_json(*command, options->json);
+    set_guide(*command, {.usual = {{"btfield btf fit rock/ -o rock.btfm"}},
+                         .more = {{"btfield btf fit rock/ -o rock.btfm --periodic --leave-out 10",
+                                   "a made set, which tiles, and how well directions between are made up"},
+                                  {"btfield btf fit cloth/ -o cloth.btfm --planes 24 --crop 0,0,256,256"}}});
+    command->callback([options, &action] { action = [options] { run_fit(*options); }; });
+}
+
+}  // namespace btfield::cli

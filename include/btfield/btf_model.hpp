@@ -1,0 +1,153 @@
+#pragma once
+
+/// \file
+/// A BTF as one small model (theory 21): planes of the surface, which a random field grows together with the
+/// relief, and tables that make a picture of them for any view and light.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "btfield/api.hpp"
+#include "btfield/btf_set.hpp"
+#include "btfield/device.hpp"
+#include "btfield/fit.hpp"
+#include "btfield/image.hpp"
+#include "btfield/models.hpp"
+
+namespace btfield {
+
+/// What is known of each measured picture. Relative pictures are z = √(I / μ) ≈ m + Σ_k U_k T_k where the
+/// view shows the surface.
+struct BtfTables {
+    /// μ, [pair][colour]: mean of the picture, rounded to half precision. 0: a black one.
+    std::vector<float> mean;
+    /// m, [pair][colour], in units of `offset_unit`.
+    std::vector<std::int16_t> offsets;
+    double offset_unit = 0.0;
+    /// U, [pair][colour][plane], in units of each plane's `weight_units`.
+    std::vector<std::int8_t> weights;
+    std::vector<double> weight_units;
+};
+
+/// Everything that pictures of any direction need.
+struct BtfModel {
+    Size size;        ///< of the pictures
+    int colours = 0;  ///< planes of a picture
+    ColourSpace space = ColourSpace::linear;
+    std::vector<std::string> names;  ///< of the colours: empty, or one for each
+    double white = 1.0;              ///< value of a white diffuse surface
+    std::vector<BtfDirection> views, lights;
+    std::vector<BtfPair> pairs;  ///< of views and lights, those that the tables have
+    /// Where light came from in each pair; empty: from the direction of its index.
+    std::vector<BtfDirection> true_lights;
+    BtfTables tables;
+    /// Of the relief, in pixels, and of the planes T.
+    TextureModel surface;
+    double unexplained = 0.0;   ///< share of the variance of z that planes of this number leave
+    double scale_factor = 1.0;  ///< that the relief was multiplied with
+    std::string relief;         ///< where it is from: "given", "set", "stereo" or "level"
+    std::uint64_t pictures = 0, picture_bytes = 0;  ///< of the set: number, and bytes at 8 bits a value
+    std::uint64_t file_bytes = 0;                   ///< of its files; 0: there were none
+
+    [[nodiscard]] int planes() const { return static_cast<int>(tables.weight_units.size()); }
+};
+
+/// \throws InputError naming the first defect
+BTFIELD_API void check(const BtfModel& model);
+
+struct BtfFitOptions {
+    int planes = 16;  ///< T_1 … T_m
+    /// One plane in pixels; empty: that of the set, or of photometric stereo of the view from above.
+    Image height;
+    /// Factor on the relief; without one it is found, unless the relief is given or the set's.
+    std::optional<double> scale;
+    bool find_scale = false;  ///< whatever relief there is
+    /// Pictures continue beyond their edges: made sets, and tori.
+    bool periodic = false;
+    /// A pair in n is not shown to the fit: those whose indices of view and light add up to a multiple of n,
+    /// less 1. 0: all are.
+    int leave_out = 0;
+    /// Of the surface's field.
+    FitOptions field;
+    /// Called with the stage ("pictures", "relief", "scale", "planes", "field") and the share of it that is
+    /// done, in the caller's thread; what it throws ends the fit.
+    std::function<void(std::string_view stage, double share)> progress;
+
+    /// 3d-car of order 3.
+    [[nodiscard]] BTFIELD_API static FitOptions field_defaults();
+    BTFIELD_API BtfFitOptions();
+};
+
+/// Errors of pictures that the fit was not shown, as shares: of root mean square differences of pixels to the
+/// picture's standard deviation, of means, and of standard deviations.
+struct BtfErrors {
+    double median = 0.0, mean = 0.0;           ///< of pixels
+    double mean_error = 0.0, std_error = 0.0;  ///< medians
+};
+
+struct BtfScore {
+    std::vector<BtfPair> pairs;
+    BtfErrors model;
+    BtfErrors nearest;     ///< the nearest picture that was shown
+    BtfErrors neighbours;  ///< the four nearest, weighted by the inverse fourth power of their distances
+};
+
+struct BtfFit {
+    BtfModel model;
+    /// Planes as they were found, before a field took their place: height in pixels, then T.
+    Image surface;
+    /// Of pictures that were left out.
+    std::optional<BtfScore> score;
+    std::vector<std::string> remarks;
+};
+
+/// Reads every picture once, view by view, and those left out once more.
+/// \throws InputError when options cannot be met, the relief has another size, a view lacks pictures so that
+///     nothing can be learned, or what BtfSet::picture() refuses
+[[nodiscard]] BTFIELD_API BtfFit fit_btf(Device& device, const BtfSet& set,
+                                         const BtfFitOptions& options = BtfFitOptions());
+
+/// Grown surfaces of one model, size and seed, seen from anywhere. Any number of threads may ask one for
+/// pictures at a time.
+class BTFIELD_API BtfSynthesiser {
+  public:
+    /// \param device is to outlive it; the model need not
+    /// \throws InputError as check() and Synthesiser do
+    BtfSynthesiser(Device& device, const BtfModel& model, Size size, std::uint64_t seed,
+                   bool allow_invalid = false);
+    /// Of the surface that the model was fitted to.
+    /// \param surface  BtfFit::surface
+    BtfSynthesiser(Device& device, const BtfModel& model, const Image& surface);
+    ~BtfSynthesiser();
+    BtfSynthesiser(BtfSynthesiser&&) noexcept;
+    BtfSynthesiser& operator=(BtfSynthesiser&&) noexcept;
+
+    /// The picture under a view and a light, measured or not: linear light, not clamped above. A torus where
+    /// tileable().
+    /// \throws InputError when a direction is not above the surface
+    [[nodiscard]] Image picture(const BtfDirection& view, const BtfDirection& light) const;
+    [[nodiscard]] Size size() const;
+    [[nodiscard]] bool tileable() const;
+    /// Height in pixels, then T.
+    [[nodiscard]] const Image& surface() const;
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Reads and checks a BTF model: JSON, or CBOR, as read_model().
+/// \throws InputError as read_model()
+[[nodiscard]] BTFIELD_API BtfModel read_btf_model(const std::filesystem::path& path);
+/// Writes a BTF model; CBOR when the name ends in .btfm. The file appears complete or not at all.
+/// \throws InputError when check() refuses the model or the file cannot be written
+BTFIELD_API void write_btf_model(const std::filesystem::path& path, const BtfModel& model);
+
+}  // namespace btfield

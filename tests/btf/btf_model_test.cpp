@@ -1,0 +1,391 @@
+// host/btf/btf_fit.cpp, btf_tables.cpp, btf_score.cpp, btf_synthesis.cpp, btf_model_file.cpp and
+// direction_interpolation.cpp.
+
+#include "btfield/btf_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "btfield/error.hpp"
+#include "btfield/height.hpp"
+#include "btfield/made_btf.hpp"
+#include "host/btf/btf_tables.hpp"
+#include "host/btf/direction_interpolation.hpp"
+#include "tests/device_cases.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace btfield {
+namespace {
+
+constexpr Size side{40, 48};
+
+std::vector<BtfDirection> rings() {
+    std::vector<BtfDirection> result{{}};
+    for (const double theta : {25.0, 50.0})
+        for (int k = 0; k < 8; ++k)
+            result.push_back({theta * std::numbers::pi / 180.0, 2.0 * std::numbers::pi * k / 8.0});
+    return result;
+}
+
+/// Small hills of two colours.
+BtfMaterial hills() {
+    BtfMaterial m;
+    m.height = Image(side, 1);
+    m.albedo = Image(side, 3, ColourSpace::linear);
+    std::uint32_t state = 5;
+    const auto next = [&] {
+        state = state * 1664525U + 1013904223U;
+        return static_cast<double>(state >> 8) / 16777216.0;
+    };
+    std::vector<double> raw(area(side));
+    for (double& value : raw) value = next() - 0.5;
+    for (int r = 0; r < side.height; ++r)
+        for (int c = 0; c < side.width; ++c) {
+            double sum = 0.0;
+            for (int i = -3; i <= 3; ++i)
+                for (int k = -3; k <= 3; ++k)
+                    sum += raw[static_cast<std::size_t>((r + i + side.height) % side.height * side.width +
+                                                        (c + k + side.width) % side.width)];
+            m.height.at(0, r, c) = static_cast<float>(0.4 * sum);
+            for (int p = 0; p < 3; ++p)
+                m.albedo.at(p, r, c) = static_cast<float>(0.4 + 0.04 * sum * (p + 1) + 0.1 * next());
+        }
+    m.normals = normals_of_slopes(slopes_of_height(m.height, SurfaceEdges::periodic));
+    return m;
+}
+
+/// The set without its range map, perhaps, and with pictures missing.
+class Veiled : public BtfSource {
+  public:
+    Veiled(BtfSet set, bool keep_height) : set_(std::move(set)), description_(set_.description()) {
+        if (!keep_height) description_.height = Image();
+    }
+    [[nodiscard]] const BtfDescription& description() const override { return description_; }
+    [[nodiscard]] Image picture(int view, int light) const override { return set_.picture(view, light); }
+    BtfDescription& described() { return description_; }
+
+  private:
+    BtfSet set_;
+    BtfDescription description_;
+};
+
+double range(const Image& height) {
+    const auto [low, high] = std::ranges::minmax(height.plane(0));
+    return static_cast<double>(high) - static_cast<double>(low);
+}
+
+double deviation(std::span<const float> values) {
+    double sum = 0.0, squares = 0.0;
+    for (const float v : values) sum += static_cast<double>(v);
+    const double mean = sum / static_cast<double>(values.size());
+    for (const float v : values) squares += (static_cast<double>(v) - mean) * (static_cast<double>(v) - mean);
+    return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+double mean_of(std::span<const float> values) {
+    double sum = 0.0;
+    for (const float v : values) sum += static_cast<double>(v);
+    return sum / static_cast<double>(values.size());
+}
+
+class BtfModelled : public testing::Test {
+  protected:
+    BtfModelled() {
+        MadeBtfOptions options;
+        options.views = options.lights = rings();
+        set_ = std::make_unique<BtfSet>(make_btf(device_, hills(), options));
+    }
+    [[nodiscard]] static BtfFitOptions options() {
+        BtfFitOptions options;
+        options.planes = 12;
+        options.periodic = true;
+        return options;
+    }
+    Device device_ = test::device_of_width(8);
+    std::unique_ptr<BtfSet> set_;
+};
+
+TEST_F(BtfModelled, PicturesOfTheSurfaceAreThoseOfTheSet) {
+    const BtfFit fit = fit_btf(device_, *set_, options());
+    EXPECT_LE(fit.model.unexplained, 0.03);
+    EXPECT_EQ(fit.model.relief, "set");
+    EXPECT_EQ(fit.model.scale_factor, 1.0);
+    EXPECT_EQ(fit.model.pairs.size(), 17U * 17U);
+    EXPECT_FALSE(fit.score.has_value());
+    const BtfSynthesiser shown(device_, fit.model, fit.surface);
+    for (const auto& [v, l] : {std::pair(0, 0), std::pair(3, 12), std::pair(14, 2), std::pair(16, 9)}) {
+        const Image truth = set_->picture(v, l),
+                    found = shown.picture(set_->views()[static_cast<std::size_t>(v)], set_->light(v, l));
+        ASSERT_EQ(found.planes(), 3);
+        EXPECT_EQ(found.space(), ColourSpace::linear);
+        for (int c = 0; c < 3; ++c) {
+            double squares = 0.0;
+            for (std::size_t p = 0; p < area(side); ++p) {
+                const double d =
+                    static_cast<double>(found.plane(c)[p]) - static_cast<double>(truth.plane(c)[p]);
+                squares += d * d;
+            }
+            EXPECT_LE(std::sqrt(squares / static_cast<double>(area(side))), 0.4 * deviation(truth.plane(c)))
+                << v << " " << l;
+            EXPECT_NEAR(mean_of(found.plane(c)), mean_of(truth.plane(c)), 0.01 * mean_of(truth.plane(c)));
+        }
+    }
+}
+
+TEST_F(BtfModelled, DirectionsThatItWasNotShownAreMadeUp) {
+    BtfFitOptions how = options();
+    how.leave_out = 7;
+    const BtfFit fit = fit_btf(device_, *set_, how);
+    ASSERT_TRUE(fit.score.has_value());
+    EXPECT_NEAR(static_cast<double>(fit.score->pairs.size()), 17.0 * 17.0 / 7.0, 2.0);
+    EXPECT_EQ(fit.model.pairs.size() + fit.score->pairs.size(), 17U * 17U);
+    EXPECT_LE(fit.score->model.median, 0.35);
+    EXPECT_LE(fit.score->model.median, 0.6 * fit.score->neighbours.median);
+    EXPECT_LE(fit.score->neighbours.median, fit.score->nearest.median);
+    EXPECT_LE(fit.score->model.mean_error, 0.02);
+}
+
+TEST_F(BtfModelled, MissingPicturesAreMadeUpToo) {
+    const auto veiled = std::make_shared<Veiled>(*set_, true);
+    veiled->described().present.assign(17 * 17, 1);
+    for (const int pair : {5, 40, 100, 288}) veiled->described().present[static_cast<std::size_t>(pair)] = 0;
+    // A view without any picture.
+    for (int l = 0; l < 17; ++l) veiled->described().present[static_cast<std::size_t>(11 * 17 + l)] = 0;
+    const BtfSet set(veiled);
+    const BtfFit fit = fit_btf(device_, set, options());
+    EXPECT_EQ(fit.model.pairs.size(), set.pictures().size());
+    const BtfSynthesiser shown(device_, fit.model, fit.surface);
+    const Image truth = set_->picture(11, 3), found = shown.picture(set_->views()[11], set_->lights()[3]);
+    EXPECT_NEAR(mean_of(found.plane(1)), mean_of(truth.plane(1)), 0.05 * mean_of(truth.plane(1)));
+}
+
+TEST_F(BtfModelled, TheReliefsScaleIsFound) {
+    BtfFitOptions how = options();
+    how.height = set_->description().height;
+    for (float& value : how.height.values()) value *= 0.8F;
+    how.find_scale = true;
+    const BtfFit fit = fit_btf(device_, *set_, how);
+    EXPECT_EQ(fit.model.relief, "given");
+    EXPECT_NEAR(fit.model.scale_factor, 1.25, 0.15);
+    how.find_scale = false;
+    how.scale = 0.5;
+    EXPECT_EQ(fit_btf(device_, *set_, how).model.scale_factor, 0.5);
+}
+
+TEST_F(BtfModelled, WithoutAReliefStereoTellsIt) {
+    const BtfSet set(std::make_shared<Veiled>(*set_, false));
+    const BtfFit fit = fit_btf(device_, set, options());
+    EXPECT_EQ(fit.model.relief, "stereo");
+    EXPECT_NEAR(range(fit.surface), range(set_->description().height),
+                0.3 * range(set_->description().height));
+    EXPECT_LE(fit.model.unexplained, 0.04);
+    BtfOptions some;
+    some.light_stride = 4;
+    const BtfFit level = fit_btf(device_, BtfSet(std::make_shared<Veiled>(*set_, false), some), options());
+    EXPECT_EQ(level.model.relief, "level");
+    EXPECT_EQ(level.remarks.size(), 1U);
+}
+
+TEST_F(BtfModelled, GrownSurfacesHaveThePicturesStatistics) {
+    const BtfFit fit = fit_btf(device_, *set_, options());
+    const Size large{96, 128};
+    const BtfSynthesiser grown(device_, fit.model, large, 3);
+    EXPECT_EQ(grown.size(), large);
+    EXPECT_TRUE(grown.tileable());
+    for (const auto& [v, l] : {std::pair(0, 12), std::pair(5, 5), std::pair(13, 16)}) {
+        const Image truth = set_->picture(v, l),
+                    found = grown.picture(set_->views()[static_cast<std::size_t>(v)], set_->light(v, l));
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(mean_of(found.plane(c)), mean_of(truth.plane(c)), 0.03 * mean_of(truth.plane(c)));
+            EXPECT_NEAR(deviation(found.plane(c)), deviation(truth.plane(c)), 0.2 * deviation(truth.plane(c)))
+                << v << " " << l;
+        }
+        // Edges continue: steps across are no larger than steps inside.
+        double across = 0.0, inside = 0.0;
+        for (int r = 0; r < large.height; ++r) {
+            across += std::abs(static_cast<double>(found.at(1, r, 0) - found.at(1, r, large.width - 1)));
+            inside += std::abs(static_cast<double>(found.at(1, r, 60) - found.at(1, r, 59)));
+        }
+        EXPECT_LE(across, 1.6 * inside);
+    }
+    // The same for every width of vectors; another seed is another piece.
+    Device other = test::device_of_width(1);
+    const BtfSynthesiser again(other, fit.model, large, 3), another(device_, fit.model, large, 4);
+    const BtfDirection view{0.5, 1.0}, light{0.8, 4.0};
+    const Image a = grown.picture(view, light), b = again.picture(view, light),
+                c = another.picture(view, light);
+    std::size_t far = 0, changed = 0;
+    for (std::size_t i = 0; i < a.values().size(); ++i) {
+        far += std::abs(a.values()[i] - b.values()[i]) > 2e-3F;
+        changed += std::abs(a.values()[i] - c.values()[i]) > 2e-3F;
+    }
+    EXPECT_LE(far, a.values().size() / 1000);  // rays that graze an edge
+    EXPECT_GT(changed, a.values().size() / 2);
+}
+
+TEST_F(BtfModelled, FilesComeBackAsTheyWere) {
+    const test::TemporaryFolder folder;
+    const BtfModel model = fit_btf(device_, *set_, options()).model;
+    for (const char* name : {"m.json", "m.btfm"}) {
+        const auto path = folder.path() / name;
+        write_btf_model(path, model);
+        const BtfModel back = read_btf_model(path);
+        EXPECT_EQ(back.size, model.size);
+        EXPECT_EQ(back.views, model.views);
+        EXPECT_EQ(back.lights, model.lights);
+        EXPECT_EQ(back.pairs, model.pairs);
+        EXPECT_EQ(back.tables.mean, model.tables.mean);
+        EXPECT_EQ(back.tables.offsets, model.tables.offsets);
+        EXPECT_EQ(back.tables.weights, model.tables.weights);
+        EXPECT_EQ(back.tables.weight_units, model.tables.weight_units);
+        EXPECT_EQ(back.unexplained, model.unexplained);
+        EXPECT_EQ(back.surface.provenance.maps.front().gains, model.surface.provenance.maps.front().gains);
+        EXPECT_EQ(back.picture_bytes, 17U * 17U * area(side) * 3U);
+        const BtfSynthesiser one(device_, model, side, 1), two(device_, back, side, 1);
+        EXPECT_TRUE(std::ranges::equal(one.picture({0.3, 0.2}, {0.4, 1.0}).values(),
+                                       two.picture({0.3, 0.2}, {0.4, 1.0}).values()));
+    }
+}
+
+TEST_F(BtfModelled, DamagedFilesAreRefused) {
+    const test::TemporaryFolder folder;
+    const auto path = folder.path() / "m.json";
+    write_btf_model(path, fit_btf(device_, *set_, options()).model);
+    const nlohmann::json good = nlohmann::json::parse(test::bytes_of(path));
+    const auto refused = [&](const char* pointer, const nlohmann::json& value) {
+        nlohmann::json bad = good;
+        bad[nlohmann::json::json_pointer(pointer)] = value;
+        test::put_bytes(path, bad.dump());
+        EXPECT_THROW(static_cast<void>(read_btf_model(path)), InputError) << pointer;
+    };
+    refused("/weights", "AAAA");
+    refused("/mean", "//8=");
+    refused("/pairs", "AAAA");
+    refused("/pairs", "/////w==");
+    refused("/offset_unit", 0);
+    refused("/weight_units/0", -1);
+    refused("/views/1", nlohmann::json::array({1.57, 0.0}));
+    refused("/views/1", nlohmann::json::array({1.0}));
+    refused("/colours", 1000000000);
+    refused("/surface/planes", 3);
+    refused("/white", 0);
+    refused("/more", 1);
+    nlohmann::json texture = good["surface"];
+    test::put_bytes(path, texture.dump());
+    EXPECT_THROW(static_cast<void>(read_btf_model(path)), InputError);
+}
+
+TEST_F(BtfModelled, WhatCannotBeMetIsRefused) {
+    const auto refused = [&](auto change) {
+        BtfFitOptions how = options();
+        change(how);
+        EXPECT_THROW(static_cast<void>(fit_btf(device_, *set_, how)), InputError);
+    };
+    refused([](BtfFitOptions& o) { o.planes = 0; });
+    refused([](BtfFitOptions& o) { o.planes = 61; });
+    refused([](BtfFitOptions& o) { o.leave_out = 1; });
+    refused([](BtfFitOptions& o) { o.scale = -1.0; });
+    refused([](BtfFitOptions& o) { o.height = Image({8, 8}, 1); });
+    refused([](BtfFitOptions& o) {
+        o.height = Image(side, 1);
+        o.height.at(0, 3, 3) = std::numeric_limits<float>::quiet_NaN();
+    });
+    const BtfFit fit = fit_btf(device_, *set_, options());
+    const BtfSynthesiser shown(device_, fit.model, fit.surface);
+    EXPECT_THROW(static_cast<void>(shown.picture({1.56, 0.0}, {})), InputError);
+    EXPECT_THROW(static_cast<void>(shown.picture({}, {-0.1, 0.0})), InputError);
+    EXPECT_THROW(BtfSynthesiser(device_, fit.model, Image(side, 2)), InputError);
+}
+
+TEST(BtfTables, HalvesAreRoundedToEven) {
+    using detail::half_of;
+    using detail::of_half;
+    for (unsigned bits = 0; bits < 0x7c00U; ++bits)
+        ASSERT_EQ(half_of(of_half(static_cast<std::uint16_t>(bits))), bits);
+    EXPECT_EQ(of_half(half_of(1.0F + 0x1p-11F)), 1.0F);
+    EXPECT_EQ(of_half(half_of(1.0F + 0x1.8p-10F)), 1.0F + 0x1p-9F);
+    EXPECT_EQ(of_half(half_of(1e9F)), 65504.0F);
+    EXPECT_EQ(of_half(half_of(-1.0F)), 0.0F);
+}
+
+/// Tables of one plane whose values are functions of directions.
+BtfModel table_model() {
+    BtfModel model;
+    model.colours = 1;
+    model.views = model.lights = btf_directions_81();
+    model.tables.offset_unit = 1e-4;
+    model.tables.weight_units = {1e-2};
+    for (int v = 0; v < 81; v += 2)
+        for (int l = 0; l < 81; ++l) {
+            model.pairs.push_back({v, l});
+            const auto view = model.views[static_cast<std::size_t>(v)];
+            const auto light = model.lights[static_cast<std::size_t>(l)];
+            model.tables.mean.push_back(static_cast<float>(std::cos(light.theta) * (0.5 + 0.2 * view.theta)));
+            model.tables.offsets.push_back(static_cast<std::int16_t>(
+                std::lround(1e4 * (0.3 * view.theta * std::cos(view.phi) -
+                                   0.1 * std::tan(light.theta) * std::sin(light.phi)))));
+            model.tables.weights.push_back(1);
+        }
+    return model;
+}
+
+TEST(DirectionTable, MeasuredDirectionsAreThemselvesAndOthersInBetween) {
+    const BtfModel model = table_model();
+    const detail::DirectionTable table(model);
+    for (std::size_t pair = 0; pair < model.pairs.size(); pair += 97) {
+        const auto view = model.views[static_cast<std::size_t>(model.pairs[pair].view)];
+        const auto at = table.interpolate(view, table.light_of(pair));
+        // From above, phi means nothing.
+        ASSERT_EQ(at.size(), 1U);
+        EXPECT_EQ(at.front().weight, 1.0);
+    }
+    for (const auto& [view, light] : {std::pair(BtfDirection{0.3, 1.0}, BtfDirection{0.7, 5.0}),
+                                      std::pair(BtfDirection{1.2, 3.0}, BtfDirection{1.0, 3.1}),
+                                      std::pair(BtfDirection{0.9, 6.2}, BtfDirection{0.1, 0.4})}) {
+        const auto weights = table.interpolate(view, light);
+        double sum = 0.0;
+        for (const auto& each : weights) sum += each.weight;
+        EXPECT_NEAR(sum, 1.0, 1e-6);
+        const detail::PictureWeights found = table.weights(view, light);
+        // Linear in the coordinates: exact but for rounding.
+        EXPECT_NEAR(found.offsets[0],
+                    0.3 * view.theta * std::cos(view.phi) - 0.1 * std::tan(light.theta) * std::sin(light.phi),
+                    2e-3);
+        EXPECT_NEAR(found.weights[0], 0.01, 1e-9);
+        const double mean = std::cos(light.theta) * (0.5 + 0.2 * view.theta);
+        EXPECT_NEAR(found.mean[0], mean, 0.03 * mean);
+    }
+    // Beyond the outermost ring, what the ring has.
+    const auto beyond = table.weights({1.5, 0.0}, {1.5, 0.0});
+    const auto rim =
+        table.weights({75.0 * std::numbers::pi / 180.0, 0.0}, {75.0 * std::numbers::pi / 180.0, 0.0});
+    EXPECT_EQ(beyond.mean[0], rim.mean[0]);
+}
+
+TEST(DirectionTable, FewDirectionsWillDo) {
+    BtfModel model = table_model();
+    // One view only: nothing is known along views.
+    std::erase_if(model.pairs, [](const BtfPair& pair) { return pair.view != 0; });
+    const std::size_t kept = model.pairs.size();
+    model.tables.mean.resize(kept);
+    model.tables.offsets.resize(kept);
+    model.tables.weights.resize(kept);
+    const detail::DirectionTable table(model);
+    const auto found = table.weights({0.8, 1.0}, {0.5, 2.0});
+    EXPECT_TRUE(std::isfinite(found.mean[0]));
+    EXPECT_NEAR(found.weights[0], 0.01, 1e-9);
+    model.pairs.resize(1);
+    model.tables.mean.resize(1);
+    model.tables.offsets.resize(1);
+    model.tables.weights.resize(1);
+    EXPECT_NEAR(detail::DirectionTable(model).weights({0.8, 1.0}, {0.0, 2.0}).mean[0], 0.5, 1e-3);
+}
+
+}  // namespace
+}  // namespace btfield
