@@ -46,6 +46,7 @@ const FuzzTarget* chosen = nullptr;
 std::vector<FuzzTarget> all_targets() {
     std::vector<FuzzTarget> all = model_targets();
     for (const FuzzTarget& target : picture_targets()) all.push_back(target);
+    for (const FuzzTarget& target : btf_targets()) all.push_back(target);
     return all;
 }
 

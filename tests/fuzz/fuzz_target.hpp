@@ -23,6 +23,7 @@ struct FuzzTarget {
 
 [[nodiscard]] std::vector<FuzzTarget> model_targets();
 [[nodiscard]] std::vector<FuzzTarget> picture_targets();
+[[nodiscard]] std::vector<FuzzTarget> btf_targets();
 
 /// A finding where the condition does not hold.
 void demand(bool condition, const char* what);
