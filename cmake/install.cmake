@@ -58,7 +58,7 @@ if(BUILD_SHARED_LIBS AND NOT CMAKE_SKIP_INSTALL_RPATH)
 endif()
 # pkg-config wants private requirements to be installed even where it only lists flags: a shared library names none.
 if(NOT BUILD_SHARED_LIBS)
-    set(PC_PRIVATE "Requires.private: OpenCL clFFT OpenImageIO libpng libtiff-4 libjpeg zlib lcms2\nLibs.private: -pthread")
+    set(PC_PRIVATE "Requires.private: OpenCL clFFT OpenImageIO libpng libtiff-4 libjpeg zlib lcms2 libzip\nLibs.private: -pthread")
     set(PC_EXPERIMENT_PRIVATE "Requires.private: sqlite3")
 endif()
 foreach(name btfield btfield-experiment)

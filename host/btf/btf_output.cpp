@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "btfield/error.hpp"
@@ -12,8 +13,11 @@
 #include "host/base/parallel.hpp"
 #include "host/btf/btf_names.hpp"
 #include "host/btf/containers.hpp"
+#include "host/btf/memory_file.hpp"
 #include "host/btf/picture_coding.hpp"
 #include "host/btf/side_file.hpp"
+#include "host/pictures/picture_codec.hpp"
+#include "host/pictures/picture_format.hpp"
 
 namespace btfield {
 
@@ -50,6 +54,92 @@ PixelType type_of_container(const BtfWriteOptions& options) {
 /// Pictures that are written between two calls of progress.
 constexpr size_t pictures_at_once = 64;
 
+bool is_zip_name(const fs::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return extension == ".zip";
+}
+
+/// Pictures of a set as files, encoded several at a time.
+class EncodedPictures {
+  public:
+    EncodedPictures(const BtfSet& set, const BtfWriteOptions& options, const std::string& asked)
+        : set_(set), options_(options), encoder_(set.description(), options, asked), pairs_(set.pictures()) {}
+
+    [[nodiscard]] std::vector<std::string> names() const {
+        std::vector<std::string> names;
+        for (const auto& [v, l] : pairs_)
+            names.push_back(encoder_
+                                .name(set_.views()[static_cast<size_t>(v)], set_.light(v, l),
+                                      static_cast<size_t>(v) * set_.lights().size() + static_cast<size_t>(l))
+                                .generic_string());
+        return names;
+    }
+    /// Asked for in order.
+    std::string content(size_t number) {
+        if (number >= first_ + batch_.size()) encode(number);
+        std::string bytes = std::move(batch_[number - first_]);
+        report_.bytes += bytes.size();
+        ++report_.pictures;
+        if (options_.progress && report_.pictures % pictures_at_once == 0)
+            options_.progress(report_.pictures, pairs_.size());
+        return bytes;
+    }
+    [[nodiscard]] const BtfWriteReport& report() const { return report_; }
+
+  private:
+    void encode(size_t first) {
+        first_ = first;
+        batch_.assign(std::min(pictures_at_once, pairs_.size() - first), {});
+        std::vector<std::uintmax_t> clamped(batch_.size());
+        for_each_block(static_cast<int>(batch_.size()), [&](int i) {
+            const auto at = static_cast<size_t>(i);
+            const auto [v, l] = pairs_[first + at];
+            const std::string asked = "write a picture of a BTF";
+            const MemoryFile file(asked);
+            clamped[at] = encoder_.write(file.path(), set_.picture(v, l), asked);
+            batch_[at] = file.content();
+        });
+        report_.clamped_pixels += std::accumulate(clamped.begin(), clamped.end(), std::uintmax_t{0});
+    }
+
+    const BtfSet& set_;
+    const BtfWriteOptions& options_;
+    BtfEncoder encoder_;
+    std::vector<BtfPair> pairs_;
+    size_t first_ = 0;
+    std::vector<std::string> batch_;
+    BtfWriteReport report_;
+};
+
+std::string height_bytes(const Image& height, const std::string& asked) {
+    const MemoryFile file(asked);
+    const Storage storage = storage_for(height_file_name, 1, PixelType::float32, PixelType::float32, asked);
+    picture_codec(asked).encode(file.path(), height, storage, asked);
+    return file.content();
+}
+
+BtfWriteReport write_archive(const fs::path& path, const BtfSet& set, const BtfWriteOptions& options) {
+    const std::string asked = asked_of(path);
+    EncodedPictures pictures(set, options, asked);
+    std::vector<std::string> names{side_file_name};
+    const bool with_height = set.description().height.planes() == 1;
+    if (with_height) names.emplace_back(height_file_name);
+    const size_t before = names.size();
+    for (std::string& name : pictures.names()) names.push_back(std::move(name));
+    FileOutput output(path, asked);
+    picture_codec(asked).write_archive(
+        output.descriptor(), names,
+        [&](size_t i) {
+            if (i == 0) return side_file_text(set.description(), options.exposure);
+            return i < before ? height_bytes(set.description().height, asked) : pictures.content(i - before);
+        },
+        asked);
+    output.commit();
+    return pictures.report();
+}
+
 }  // namespace
 
 std::string_view name(BtfFormat format) {
@@ -68,6 +158,10 @@ void check_btf_output(const fs::path& path, const BtfDescription& set, const Btf
         return;
     }
     const BtfEncoder encoder(set, options, asked_of(path));
+    if (is_zip_name(path)) {
+        check_output(path, asked_of(path));
+        return;
+    }
     std::error_code error;
     if (fs::exists(path, error) && !fs::is_directory(path, error))
         throw InputError(asked_of(path), "a file has that name", "give the name of a folder");
@@ -85,6 +179,7 @@ BtfWriteReport write_btf(const fs::path& path, const BtfSet& set, const BtfWrite
         const std::uintmax_t bytes = fs::file_size(path, error);
         return {all, error ? 0 : bytes, 0};
     }
+    if (is_zip_name(path)) return write_archive(path, set, options);
     const BtfEncoder encoder(set.description(), options, asked_of(path));
     make_folder(path);
     write_side_file(path, set.description(), options.exposure);

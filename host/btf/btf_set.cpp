@@ -94,11 +94,13 @@ std::shared_ptr<const BtfSource> open_source(const std::filesystem::path& path, 
     const ByteFile file(path, asked);
     std::string head(std::min<std::uint64_t>(file.size(), 16), '\0');
     file.read(0, head.data(), head.size());
+    if (head.starts_with("PK\3\4") || head.starts_with("PK\5\6")) return open_picture_folder(path, options);
     if (is_ubo2014(head)) return open_ubo2014(path);
     if (const std::optional<Container> kind = container_of(head, file.size()))
         return open_container(path, *kind);
-    throw InputError(asked, "it is of no known format",
-                     "give a folder of pictures, or a .btf, TBIG, BIG or MIF file (docs/btf.md)");
+    throw InputError(
+        asked, "it is of no known format",
+        "give a folder or zip archive of pictures, or a .btf, TBIG, BIG or MIF file (docs/btf.md)");
 }
 
 }  // namespace

@@ -5,8 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <map>
-#include <system_error>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -14,17 +13,14 @@
 #include "host/base/text.hpp"
 #include "host/btf/direction_grid.hpp"
 #include "host/btf/picture_coding.hpp"
+#include "host/btf/picture_store.hpp"
 #include "host/btf/side_file.hpp"
-#include "host/pictures/picture_format.hpp"
 
 namespace btfield::detail {
 namespace {
 
 namespace fs = std::filesystem;
 using std::size_t;
-
-/// How deep pictures may lie: SET/MATERIAL/VIEW/PICTURE.
-constexpr int deepest = 4;
 
 std::string small_letters(std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -68,43 +64,47 @@ std::string format_of(const fs::path& file, const NamedAngles& angles, int plane
 
 class PictureFolder : public BtfSource {
   public:
-    PictureFolder(const fs::path& folder, const BtfOptions& options) : decoder_(options) {
-        const std::string asked = "open the BTF '" + folder.string() + "'";
-        list(folder, asked);
+    PictureFolder(const fs::path& path, const BtfOptions& options)
+        : asked_("open the BTF '" + path.string() + "'"),
+          store_(open_store(path, asked_)),
+          decoder_(options) {
+        std::vector<NamedAngles> angles;
+        list(angles);
         std::vector<MeasuredPair> pairs;
-        for (const Named& each : found_) {
-            const NamedAngles& a = each.angles;
+        for (size_t i = 0; i < pictures_.size(); ++i) {
+            const StoredFile& file = store_->files()[pictures_[i]];
+            const NamedAngles& a = angles[i];
             pairs.push_back({{radians(*a.tv), radians(*a.pv)},
                              {radians(*a.tl), radians(*a.pl)},
-                             "'" + each.file.string() + "'"});
-            description_.bytes += each.bytes;
+                             "'" + printable_path(file.name) + "'"});
+            description_.bytes += file.bytes;
         }
-        picture_of_ = arrange(pairs, asked, description_);
-        const SideFile side = read_side_file(folder);
+        picture_of_ = arrange(pairs, asked_, description_);
+        const SideFile side = read_side_file();
         decoder_.set_exposure(side.exposure);
-        const Named& first = found_.front();
-        const Image image = decoder_(read_picture(first.file, decoder_.reading(first.file)), first.file);
+        const fs::path& first = store_->files()[pictures_.front()].name;
+        const Image image = decoder_(store_->read(pictures_.front(), decoder_.reading(first)), first);
         description_.size = image.size();
         description_.planes = image.planes();
         description_.space = image.space();
         description_.names = image.names();
-        description_.format = format_of(first.file, first.angles, image.planes());
+        description_.format = format_of(first, angles.front(), image.planes());
         description_.white = side.white.value_or(image.space() == ColourSpace::xyz ? 100.0 : 1.0);
-        if (!side.height.empty()) take_height(folder / side.height);
-        for (Named& each : found_) files_.push_back(std::move(each.file));
-        found_.clear();
+        if (!side.height.empty()) take_height(side.height);
     }
 
     [[nodiscard]] const BtfDescription& description() const override { return description_; }
 
     [[nodiscard]] Image picture(int view, int light) const override {
         const size_t at = static_cast<size_t>(view) * description_.lights.size() + static_cast<size_t>(light);
-        const fs::path& file = files_[static_cast<size_t>(picture_of_[at])];
-        Image image = decoder_(read_picture(file, decoder_.reading(file)), file);
+        const size_t number = pictures_[static_cast<size_t>(picture_of_[at])];
+        const fs::path& file = store_->files()[number].name;
+        Image image = decoder_(store_->read(number, decoder_.reading(file)), file);
         if (image.size() != description_.size || image.planes() != description_.planes)
-            throw InputError("read '" + file.string() + "' for a BTF",
+            throw InputError("read '" + printable_path(file) + "' for a BTF",
                              "it has " + btfield::detail::text_of(image.size()) + " pixels and " +
-                                 counted(image.planes(), "plane") + ", '" + files_.front().string() + "' " +
+                                 counted(image.planes(), "plane") + ", '" +
+                                 printable_path(store_->files()[pictures_.front()].name) + "' " +
                                  btfield::detail::text_of(description_.size) + " and " +
                                  std::to_string(description_.planes),
                              "give pictures of one size and kind");
@@ -112,54 +112,50 @@ class PictureFolder : public BtfSource {
     }
 
   private:
-    struct Named {
-        fs::path file;
-        NamedAngles angles;
-        std::uintmax_t bytes = 0;
-    };
-
-    [[nodiscard]] static SideFile read_side_file(const fs::path& folder) {
-        std::error_code error;
-        const fs::path file = folder / side_file_name;
-        if (!fs::is_regular_file(file, error)) return {};
-        const std::string asked = "read '" + file.string() + "'";
-        if (fs::file_size(file, error) > (1U << 20U) || error)
-            throw InputError(asked, "it is no side file of a BTF", "remove it");
-        return parse_side_file(file_content(file), asked);
+    /// Names in archives are foreign bytes.
+    [[nodiscard]] static std::string printable_path(const fs::path& path) {
+        return valid_utf8(path.string());
     }
 
-    void take_height(const fs::path& file) {
+    [[nodiscard]] SideFile read_side_file() const {
+        const int found = store_->find(side_file_name);
+        if (found < 0) return {};
+        const StoredFile& file = store_->files()[static_cast<size_t>(found)];
+        const std::string asked = "read '" + printable_path(file.name) + "'";
+        if (file.bytes > (1U << 20U)) throw InputError(asked, "it is no side file of a BTF", "remove it");
+        return parse_side_file(store_->content(static_cast<size_t>(found)), asked);
+    }
+
+    void take_height(const std::string& name) {
+        const int found = store_->find(name);
+        const std::string asked = "read '" + valid_utf8(name) + "' for the range map of a BTF";
+        if (found < 0) throw InputError(asked, "it is not there", "put it beside btf.json, or remove that");
         ReadOptions reading;
         reading.keep_values = true;
-        description_.height = read_picture(file, reading).image;
+        description_.height = store_->read(static_cast<size_t>(found), reading).image;
         if (description_.height.size() != description_.size || description_.height.planes() != 1)
-            throw InputError("read '" + file.string() + "' for the range map of a BTF",
+            throw InputError(asked,
                              "it has " + btfield::detail::text_of(description_.height.size()) +
                                  " pixels and " + counted(description_.height.planes(), "plane") +
                                  ", the pictures " + btfield::detail::text_of(description_.size),
                              "give a map of one plane and their size");
     }
 
-    void list(const fs::path& folder, const std::string& asked) {
-        std::error_code error;
+    void list(std::vector<NamedAngles>& all) {
         size_t others = 0;
-        fs::recursive_directory_iterator at(folder, error);
-        for (const fs::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
-            if (at.depth() >= deepest) at.disable_recursion_pending();
-            std::error_code ignored;
-            if (!may_be_picture(at->path()) || !at->is_regular_file(ignored)) continue;
-            NamedAngles angles = angles_of_file(at->path());
-            if (!angles.complete()) {
-                if (at->path().filename() != height_file_name) ++others;
-                continue;
+        for (size_t i = 0; i < store_->files().size(); ++i) {
+            const fs::path& file = store_->files()[i].name;
+            if (!may_be_picture(file)) continue;
+            const NamedAngles angles = angles_of_file(file);
+            if (angles.complete()) {
+                pictures_.push_back(i);
+                all.push_back(angles);
+            } else if (file.filename() != height_file_name) {
+                ++others;
             }
-            const std::uintmax_t bytes = at->file_size(ignored);
-            found_.push_back({at->path(), angles, ignored ? 0 : bytes});
         }
-        if (error)
-            throw InputError(asked, "it cannot be listed: " + error.message(), "check its permissions");
-        if (found_.empty())
-            throw InputError(asked,
+        if (pictures_.empty())
+            throw InputError(asked_,
                              others == 0
                                  ? "there are no pictures in it"
                                  : "no name of its " + counted(others, "picture") + " tells directions",
@@ -168,14 +164,14 @@ class PictureFolder : public BtfSource {
             description_.remarks.push_back(counted(others, "picture") +
                                            (others == 1 ? " whose name tells" : " whose names tell") +
                                            " no directions " + (others == 1 ? "is" : "are") + " left out");
-        std::ranges::sort(found_, {}, &Named::file);
     }
 
+    std::string asked_;
+    std::unique_ptr<PictureStore> store_;
     BtfDecoder decoder_;
     BtfDescription description_;
-    std::vector<Named> found_;
-    std::vector<fs::path> files_;
-    std::vector<int> picture_of_;
+    std::vector<size_t> pictures_;  ///< of the store's files
+    std::vector<int> picture_of_;   ///< of these
 };
 
 }  // namespace
@@ -210,12 +206,8 @@ NamedAngles angles_of_name(std::string_view stem) {
     return angles;
 }
 
-std::shared_ptr<const BtfSource> open_picture_folder(const fs::path& folder, const BtfOptions& options) {
-    std::error_code error;
-    if (!fs::is_directory(folder, error))
-        throw InputError("open the BTF '" + folder.string() + "'", "it is no folder",
-                         "give a folder of pictures named as tl045_pl060_tv030_pv090.png");
-    return std::make_shared<PictureFolder>(folder, options);
+std::shared_ptr<const BtfSource> open_picture_folder(const fs::path& path, const BtfOptions& options) {
+    return std::make_shared<PictureFolder>(path, options);
 }
 
 }  // namespace btfield::detail

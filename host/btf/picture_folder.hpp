@@ -1,6 +1,6 @@
 #pragma once
 
-// BTFs as folders of pictures whose names tell directions.
+// BTFs as folders or zip archives of pictures whose names tell directions.
 
 #include <filesystem>
 #include <memory>
@@ -26,7 +26,7 @@ struct NamedAngles {
 [[nodiscard]] NamedAngles angles_of_name(std::string_view stem);
 
 /// \throws InputError as BtfSet::open()
-[[nodiscard]] std::shared_ptr<const BtfSource> open_picture_folder(const std::filesystem::path& folder,
+[[nodiscard]] std::shared_ptr<const BtfSource> open_picture_folder(const std::filesystem::path& path,
                                                                    const BtfOptions& options);
 
 }  // namespace btfield::detail

@@ -43,23 +43,27 @@ SideFile parse_side_file(std::string_view text, const std::string& asked) {
     return side;
 }
 
-void write_side_file(const std::filesystem::path& folder, const BtfDescription& set, double exposure) {
+std::string side_file_text(const BtfDescription& set, double exposure) {
     nlohmann::ordered_json object;
     object["format"] = "btfield-btf";
     object["version"] = 1;
     object["exposure"] = exposure;
     object["white"] = set.white;
     object["size"] = {set.size.width, set.size.height};
+    if (set.height.planes() == 1) object["height"] = height_file_name;
+    return object.dump(2) + "\n";
+}
+
+void write_side_file(const std::filesystem::path& folder, const BtfDescription& set, double exposure) {
     if (set.height.planes() == 1) {
         WriteOptions how;
         how.source = PixelType::float32;
         how.type = PixelType::float32;
         how.keep_values = true;
         static_cast<void>(write_picture(folder / height_file_name, set.height, how));
-        object["height"] = height_file_name;
     }
     const std::filesystem::path file = folder / side_file_name;
-    write_file(file, object.dump(2) + "\n", "write '" + file.string() + "'");
+    write_file(file, side_file_text(set, exposure), "write '" + file.string() + "'");
 }
 
 }  // namespace btfield::detail

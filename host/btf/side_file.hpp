@@ -23,6 +23,8 @@ struct SideFile {
 /// \throws InputError when it is damaged
 [[nodiscard]] SideFile parse_side_file(std::string_view text, const std::string& asked);
 
+[[nodiscard]] std::string side_file_text(const BtfDescription& set, double exposure);
+
 /// And height.exr beside it, where the set has a range map.
 void write_side_file(const std::filesystem::path& folder, const BtfDescription& set, double exposure);
 

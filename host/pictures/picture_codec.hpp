@@ -11,6 +11,7 @@
 #include "host/pictures/oiio/palette_png.hpp"
 #include "host/pictures/oiio/picture_decode.hpp"
 #include "host/pictures/oiio/picture_encode.hpp"
+#include "host/pictures/oiio/zip_archive.hpp"
 
 namespace btfield::detail {
 
@@ -20,6 +21,8 @@ struct PictureCodec {
     decltype(&encode_picture) encode = nullptr;
     decltype(&decode_palette_png) decode_palette = nullptr;
     decltype(&encode_palette_png) encode_palette = nullptr;
+    decltype(&open_zip) open_archive = nullptr;
+    decltype(&write_zip) write_archive = nullptr;
 };
 
 /// The codecs, loaded by the first call in the process, from any thread, and kept until its end. A static

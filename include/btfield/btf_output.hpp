@@ -49,7 +49,8 @@ struct BtfWriteReport {
 
 /// Writes all pictures that are there, several at a time. Names tell where light really comes from. A folder
 /// is made where it is missing; each picture appears complete or not at all, btf.json (exposure, white of the
-/// set, and its range map beside it, height.exr) before the first.
+/// set, and its range map beside it, height.exr) before the first. A name that ends in .zip is that of an
+/// archive of such a folder, which appears complete or not at all, as other files do.
 /// \throws InputError when the format cannot hold the planes or the type, exposure is not above 0, a value is
 ///     not finite, or what BtfSet::picture() and write_picture() throw
 BTFIELD_API BtfWriteReport write_btf(const std::filesystem::path& path, const BtfSet& set,

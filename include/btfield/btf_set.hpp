@@ -111,7 +111,8 @@ class BTFIELD_API BtfSet {
   public:
     /// Opens a set of files (docs/btf.md). A folder: pictures whose names, or those of the folders that they
     /// are in, have tl, pl, tv and pv with degrees behind, in any order. The first picture is read, to know
-    /// size and planes; others are looked at when they are read. A file: .btf of UBO2014, TBIG 2, BIG 3, MIF.
+    /// size and planes; others are looked at when they are read. A file: a zip archive of such pictures, .btf
+    /// of UBO2014, TBIG 2, BIG 3, MIF.
     /// \throws InputError when nothing such is there, two pictures have the same directions, a direction is
     ///     not above the surface, the crop leaves the pictures, or what read_picture() refuses
     [[nodiscard]] static BtfSet open(const std::filesystem::path& path, const BtfOptions& options = {});

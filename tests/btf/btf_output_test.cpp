@@ -105,6 +105,42 @@ TEST(BtfOutput, EveryFolderFormatComesBack) {
     EXPECT_TRUE(fs::exists(folder / "half/tv015_pv060_tl045_pl340.exr"));
 }
 
+TEST(BtfOutput, ArchivesHoldFolders) {
+    const test::TemporaryFolder folder;
+    const BtfSet set(std::make_shared<Shades>());
+    const BtfSet zip = written(folder / "set.zip", set, BtfFormat::utia, PixelType::float32, 0.5);
+    EXPECT_EQ(zip.format(), "utia");
+    EXPECT_EQ(difference(set, zip), 0.0);
+    EXPECT_EQ(zip.description().height.at(0, 3, 4), 2.5F);
+    EXPECT_LE(difference(set, written(folder / "jpg.zip", set, BtfFormat::ubo2003)), 0.15);
+    EXPECT_LE(difference(set, written(folder / "png.ZIP", set, BtfFormat::utia)), 0.5 * 2.3 / 255.0);
+    EXPECT_EQ(folder.names(), (std::vector<std::string>{"jpg.zip", "png.ZIP", "set.zip"}));
+    // Every shorter archive is refused, and so is one with a changed pixel: archives have checksums.
+    const std::string whole = test::bytes_of(folder / "set.zip");
+    const auto refused = [&](const std::string& bytes) {
+        test::put_bytes(folder / "bad.zip", bytes);
+        try {
+            const BtfSet bad = BtfSet::open(folder / "bad.zip");
+            for (const BtfPair& pair : bad.pictures()) static_cast<void>(bad.picture(pair.view, pair.light));
+        } catch (const InputError&) {
+            return true;
+        }
+        return false;
+    };
+    EXPECT_FALSE(refused(whole));
+    for (std::size_t length = 4; length < whole.size(); length += whole.size() / 15)
+        EXPECT_TRUE(refused(whole.substr(0, length))) << length;
+    std::string changed = whole;
+    changed[whole.find("tl000_pl000_tv015") + 400] ^= 1;
+    EXPECT_TRUE(refused(changed));
+    // Nothing is left of an archive that fails.
+    BtfWriteOptions options;
+    options.format = BtfFormat::spectral;
+    options.exposure = 1e8;
+    EXPECT_THROW(static_cast<void>(write_btf(folder / "half.zip", set, options)), InputError);
+    EXPECT_FALSE(fs::exists(folder / "half.zip"));
+}
+
 TEST(BtfOutput, SpectraAndXyzStay) {
     const test::TemporaryFolder folder;
     const BtfSet spectra(std::make_shared<Shades>(7)), grey(std::make_shared<Shades>(1)),
