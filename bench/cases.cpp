@@ -27,6 +27,7 @@ void add_all() {
     add_memd();
     add_roller();
     add_compound();
+    add_relief();
 }
 
 namespace {

@@ -143,6 +143,24 @@ void DeviceImpl::write(const Buffer& target, const void* source, std::size_t byt
             [&] { opencl_->queue.enqueueWriteBuffer(*target.handle(), CL_TRUE, offset, bytes, source); });
 }
 
+void DeviceImpl::fill(const Buffer& target, const std::function<void(std::byte*)>& work) {
+    const auto unmap = [&](void* at) {
+        guarded("copy to the device", info_.name,
+                [&] { opencl_->queue.enqueueUnmapMemObject(*target.handle(), at); });
+    };
+    void* at = guarded("map device memory", info_.name, [&] {
+        return opencl_->queue.enqueueMapBuffer(*target.handle(), CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0,
+                                               target.bytes());
+    });
+    try {
+        work(static_cast<std::byte*>(at));
+    } catch (...) {
+        unmap(at);
+        throw;
+    }
+    unmap(at);
+}
+
 void DeviceImpl::read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset) {
     if (offset > source.bytes() || bytes > source.bytes() - offset)
         throw DeviceError("read device memory", "the copy begins or ends outside the buffer",

@@ -9,7 +9,9 @@
 /// hands from one launch to the next is memory of its own, on loan from the pool.
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <span>
@@ -102,6 +104,9 @@ class DeviceImpl {
         return upload(std::span<const T>(values));
     }
     void write(const Buffer& target, const void* source, std::size_t bytes, std::size_t offset = 0);
+    /// Lets `work` write the memory, all of it, where it lies or where the device fetches it from: on a CPU
+    /// nothing is copied.
+    void fill(const Buffer& target, const std::function<void(std::byte*)>& work);
     /// Blocks until the bytes are there.
     void read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset = 0);
     /// \param result what is to be left there

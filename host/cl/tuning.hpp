@@ -63,6 +63,10 @@ struct Tuning {
     /// (`./dev bench '^noise and raster'`).
     int row_parts, row_part_steps;
 
+    /// Values of pictures under lights that are fitted in one launch: on a CPU they stay in its cache from
+    /// being brought there to being fitted (`./dev bench '^relief ls'`).
+    std::size_t stack_values;
+
     /// Pixels from which MEMD searches on the device, and colours of B up to which it does: comparing with
     /// every colour has no branches that diverge, but the host's tree looks at few. On a CPU, whose cores are
     /// the host's, the tree takes a tenth of the time (`./dev bench '^memd'`), so it never does.

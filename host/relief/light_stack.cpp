@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <utility>
 
 #include "btfield/error.hpp"
@@ -16,8 +18,6 @@ using std::size_t;
 
 /// Pixels at which rules and codings are judged.
 constexpr size_t sample_count = 1000;
-/// Values that are decoded and sent to the device together.
-constexpr size_t strip_values = size_t{1} << 23U;
 
 double linear_of(double value, LightCoding coding, double gamma) {
     if (coding == LightCoding::srgb)
@@ -31,6 +31,33 @@ ReadOptions reading_of(const ReliefOptions& options) {
     reading.crop = options.crop;
     reading.keep_values = true;
     return reading;
+}
+
+/// Numbers of a file, as fractions of their type's largest, as they are stored.
+void store(std::span<const float> values, StackForm form, std::byte* to) {
+    const auto whole = [&]<class Number>(Number* numbers, float largest) {
+        for (size_t i = 0; i < values.size(); ++i)
+            numbers[i] = static_cast<Number>(static_cast<int>(values[i] * largest + 0.5F));
+    };
+    if (form == StackForm::bytes)
+        whole(reinterpret_cast<std::uint8_t*>(to), 255.0F);
+    else if (form == StackForm::shorts)
+        whole(reinterpret_cast<std::uint16_t*>(to), 65535.0F);
+    else
+        std::memcpy(to, values.data(), values.size_bytes());
+}
+
+/// And back.
+void restore(const std::byte* from, StackForm form, std::span<float> values) {
+    const auto whole = [&]<class Number>(const Number* numbers, float largest) {
+        for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(numbers[i]) / largest;
+    };
+    if (form == StackForm::bytes)
+        whole(reinterpret_cast<const std::uint8_t*>(from), 255.0F);
+    else if (form == StackForm::shorts)
+        whole(reinterpret_cast<const std::uint16_t*>(from), 65535.0F);
+    else
+        std::memcpy(values.data(), from, values.size_bytes());
 }
 
 std::string asked_of(const LightPicture& light) {
@@ -65,6 +92,12 @@ void LightDecoder::decode(std::span<const float> values, float gain, float* to) 
     } else {
         for (size_t i = 0; i < values.size(); ++i) to[i] = std::max(0.0F, values[i]) * gain;
     }
+}
+
+std::vector<float> LightDecoder::table(int largest) const {
+    std::vector<float> table(static_cast<size_t>(largest) + 1);
+    for (size_t i = 0; i < table.size(); ++i) table[i] = table_[i * 65535 / static_cast<size_t>(largest)];
+    return table;
 }
 
 float LightStack::gain(int light, int plane) const {
@@ -113,12 +146,29 @@ void LightStack::take(int light, const Image& picture) {
         const std::span<const float> values = picture.plane(p);
         for (size_t i = 0; i < sampled_.size(); ++i)
             samples_[plane * sampled_.size() + i] = values[sampled_[i]];
-        if (kept_)
-            std::ranges::copy(values, values_.begin() + static_cast<std::ptrdiff_t>(plane * area(size_)));
+        if (kept_) store(values, form(), values_.data() + plane * area(size_) * bytes_of(form()));
     }
 }
 
-LightStack::LightStack(const LightSet& lights, const ReliefOptions& options, double most_bytes)
+StackForm LightStack::form() const {
+    return type_ == PixelType::uint8    ? StackForm::bytes
+           : type_ == PixelType::uint16 ? StackForm::shorts
+                                        : StackForm::floats;
+}
+
+void LightStack::choose_strips(size_t strip_values, double most_bytes) {
+    const double row = static_cast<double>(lights_) * planes_ * size_.width;
+    double rows = static_cast<double>(strip_values) / row;
+    // What is read again passes through floats.
+    if (!kept_ && set_ != nullptr) rows = std::min(rows, most_bytes / (4.0 * row));
+    constexpr auto rows_of_group = static_cast<int>(group_rows);
+    // Whole groups, whatever they take: the result does not depend on strips.
+    rows_of_strip_ =
+        std::max(static_cast<int>(std::min<double>(rows, size_.height)) / rows_of_group, 1) * rows_of_group;
+}
+
+LightStack::LightStack(const LightSet& lights, const ReliefOptions& options, double most_bytes,
+                       size_t strip_values)
     : set_(&lights), options_(options), lights_(static_cast<int>(lights.lights.size())) {
     const Picture front = read_picture(lights.lights.front().picture, reading_of(options));
     size_ = front.image.size();
@@ -132,12 +182,11 @@ LightStack::LightStack(const LightSet& lights, const ReliefOptions& options, dou
                              "give one intensity, or one for each plane");
     if (!options.ignore_mask) read_mask(options.mask.empty() ? lights.mask : options.mask);
     choose_samples();
-    const double row = 4.0 * lights_ * planes_ * size_.width;
-    rows_of_strip_ =
-        std::clamp(static_cast<int>(4.0 * static_cast<double>(strip_values) / row), 1, size_.height);
-    kept_ = row * size_.height <= most_bytes;
-    if (!kept_) rows_of_strip_ = std::clamp(static_cast<int>(most_bytes / row), 1, rows_of_strip_);
-    if (kept_) values_.resize(static_cast<size_t>(lights_) * static_cast<size_t>(planes_) * area(size_));
+    const double all = static_cast<double>(lights_) * planes_ * static_cast<double>(area(size_)) *
+                       static_cast<double>(bytes_of(form()));
+    kept_ = all <= most_bytes;
+    choose_strips(strip_values, most_bytes);
+    if (kept_) values_.resize(static_cast<size_t>(all));
     for_each_block(lights_, [&](int k) {
         const LightPicture& light = lights.lights[static_cast<size_t>(k)];
         const Picture picture = k == 0 ? front : read_picture(light.picture, reading_of(options));
@@ -155,7 +204,7 @@ LightStack::LightStack(const LightSet& lights, const ReliefOptions& options, dou
     });
 }
 
-LightStack::LightStack(std::span<const Image> pictures, const ReliefOptions& options)
+LightStack::LightStack(std::span<const Image> pictures, const ReliefOptions& options, size_t strip_values)
     : pictures_(pictures), options_(options), lights_(static_cast<int>(pictures.size())) {
     size_ = pictures.front().size();
     planes_ = pictures.front().planes();
@@ -165,33 +214,81 @@ LightStack::LightStack(std::span<const Image> pictures, const ReliefOptions& opt
                              "give pictures of one kind");
     if (!options.ignore_mask) read_mask(options.mask);
     choose_samples();
-    const double row = 4.0 * lights_ * planes_ * size_.width;
-    rows_of_strip_ =
-        std::clamp(static_cast<int>(4.0 * static_cast<double>(strip_values) / row), 1, size_.height);
+    choose_strips(strip_values, std::numeric_limits<double>::infinity());
     for (int k = 0; k < lights_; ++k) take(k, pictures[static_cast<size_t>(k)]);
 }
 
+void LightStack::copy(int light, size_t first, size_t count, std::byte* to, size_t pitch) const {
+    const size_t bytes = bytes_of(form());
+    const auto begin = static_cast<size_t>(light) * static_cast<size_t>(planes_);
+    Image strip;
+    if (!kept_ && set_ != nullptr) {
+        ReadOptions reading = reading_of(options_);
+        const Crop crop = options_.crop.value_or(Crop{0, 0, size_.width, size_.height});
+        reading.crop = Crop{crop.x, crop.y + static_cast<int>(first) / size_.width, size_.width,
+                            static_cast<int>(count) / size_.width};
+        strip = read_picture(set_->lights[static_cast<size_t>(light)].picture, reading).image;
+    }
+    for (int p = 0; p < planes_; ++p) {
+        std::byte* plane = to + static_cast<size_t>(p) * pitch;
+        if (kept_)
+            std::memcpy(plane,
+                        values_.data() + ((begin + static_cast<size_t>(p)) * area(size_) + first) * bytes,
+                        count * bytes);
+        else if (set_ != nullptr)
+            store(strip.plane(p), form(), plane);
+        else
+            std::memcpy(plane, pictures_[static_cast<size_t>(light)].plane(p).data() + first, count * bytes);
+    }
+}
+
 void LightStack::rows(int first, int count, const LightDecoder& decoder, std::vector<float>& values) const {
-    const auto width = static_cast<size_t>(size_.width), part = width * static_cast<size_t>(count);
-    const size_t begin = static_cast<size_t>(first) * width;
-    values.resize(static_cast<size_t>(lights_) * static_cast<size_t>(planes_) * part);
+    const PixelStack stored = strip(first, count, decoder);
+    const size_t part = stored.pixels, planes = static_cast<size_t>(planes_);
+    values.resize(static_cast<size_t>(lights_) * planes * part);
     for_each_block(lights_, [&](int k) {
-        Image strip;
-        const auto light = static_cast<size_t>(k);
-        if (!kept_ && set_ != nullptr) {
-            ReadOptions reading = reading_of(options_);
-            const Crop crop = options_.crop.value_or(Crop{0, 0, size_.width, size_.height});
-            reading.crop = Crop{crop.x, crop.y + first, size_.width, count};
-            strip = read_picture(set_->lights[light].picture, reading).image;
+        float* to = values.data() + static_cast<size_t>(k) * planes * part;
+        if (stored.form == StackForm::light) {
+            stored.copy(k, reinterpret_cast<std::byte*>(to), part * sizeof(float));
+            return;
         }
-        for (int p = 0; p < planes_; ++p) {
-            const size_t plane = light * static_cast<size_t>(planes_) + static_cast<size_t>(p);
-            const float* from = kept_             ? values_.data() + plane * area(size_) + begin
-                                : set_ != nullptr ? strip.plane(p).data()
-                                                  : pictures_[light].plane(p).data() + begin;
-            decoder.decode({from, part}, gain(k, p), values.data() + plane * part);
+        const size_t pitch = part * bytes_of(stored.form);
+        std::vector<std::byte> raw(planes * pitch);
+        std::vector<float> numbers(part);
+        stored.copy(k, raw.data(), pitch);
+        for (size_t p = 0; p < planes; ++p) {
+            restore(raw.data() + p * pitch, stored.form, numbers);
+            decoder.decode(numbers, gain(k, static_cast<int>(p)), to + p * part);
         }
     });
+}
+
+PixelStack LightStack::strip(int first, int count, const LightDecoder& decoder) const {
+    const auto width = static_cast<size_t>(size_.width), begin = static_cast<size_t>(first) * width;
+    PixelStack result;
+    result.form = form();
+    result.pixels = width * static_cast<size_t>(count);
+    result.width = width;
+    result.planes = planes_;
+    const int largest = type_ == PixelType::uint8 ? 255 : 65535;
+    for (int k = 0; k < lights_; ++k)
+        for (int p = 0; p < planes_; ++p)
+            result.gains.push_back(integers() && decoder.linear() ? gain(k, p) / static_cast<float>(largest)
+                                                                  : gain(k, p));
+    if (integers() && !decoder.linear()) result.table = decoder.table(largest);
+    result.copy = [this, begin, pixels = result.pixels](int light, std::byte* to, size_t pitch) {
+        copy(light, begin, pixels, to, pitch);
+    };
+    if (integers() || decoder.linear()) return result;
+    result.form = StackForm::light;
+    result.copy = [this, begin, pixels = result.pixels, &decoder](int light, std::byte* to, size_t pitch) {
+        copy(light, begin, pixels, to, pitch);
+        for (int p = 0; p < planes_; ++p) {
+            auto* values = reinterpret_cast<float*>(to + static_cast<size_t>(p) * pitch);
+            decoder.decode({values, pixels}, gain(light, p), values);
+        }
+    };
+    return result;
 }
 
 }  // namespace btfield::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -29,9 +29,6 @@ using std::size_t;
 /// Part of the memory that may be planned with that pictures may take; their strips take as much again on
 /// the device.
 constexpr double share_of_pictures = 0.4;
-/// Values below this part of a pixel's brightest are in shadow.
-constexpr float dark = 0.02F;
-
 void check_options(const ReliefOptions& options, size_t lights) {
     const std::string asked = "fit a relief";
     if (!(options.low >= 0.0 && options.low < options.high && options.high <= 1.0))
@@ -53,10 +50,9 @@ struct Counts {
     double values = 0.0, dark = 0.0, saturated = 0.0;
 };
 
-/// Pixels of a strip, and where they go.
+/// Pixels of a strip.
 struct Strip {
     size_t first = 0, pixels = 0;
-    std::vector<float> values;  ///< [light][plane][pixel]
 };
 
 /// Calls work(begin, end) for parts of a strip, on all cores.
@@ -71,37 +67,16 @@ void for_each_part(const Strip& strip, const Work& work) {
 }
 
 /// Whole numbers, so that their sums are the same in any order.
-void count(const Strip& strip, const LightStack& stack, Counts& counts) {
-    std::atomic<std::uint64_t> values = 0, shadows = 0, saturated = 0;
-    const auto planes = static_cast<size_t>(stack.lights()) * static_cast<size_t>(stack.planes());
-    for_each_part(strip, [&](size_t begin, size_t end) {
-        std::vector<float> most(end - begin, 0.0F);
-        std::vector<std::uint32_t> shadows_of(end - begin, 0), saturated_of(end - begin, 0);
-        for (size_t plane = 0; plane < planes; ++plane) {
-            const float* of = strip.values.data() + plane * strip.pixels + begin;
-            for (size_t i = 0; i < most.size(); ++i) most[i] = std::max(most[i], std::abs(of[i]));
+void count(const Strip& strip, const LightStack& stack, const PixelFits& fits, Counts& counts) {
+    std::uint64_t pixels = 0, dark = 0, saturated = 0;
+    for (size_t i = 0; i < strip.pixels; ++i)
+        if (stack.covers(strip.first + i)) {
+            ++pixels;
+            dark += static_cast<std::uint64_t>(fits.counts[i]);
+            saturated += static_cast<std::uint64_t>(fits.counts[strip.pixels + i]);
         }
-        for (float& value : most) value *= dark;
-        for (size_t plane = 0; plane < planes; ++plane) {
-            const float* of = strip.values.data() + plane * strip.pixels + begin;
-            for (size_t i = 0; i < most.size(); ++i) {
-                saturated_of[i] += of[i] < 0.0F;
-                shadows_of[i] += std::abs(of[i]) < most[i];
-            }
-        }
-        std::uint64_t all = 0, in_shadow = 0, too_bright = 0;
-        for (size_t i = 0; i < most.size(); ++i) {
-            if (!stack.covers(strip.first + begin + i)) continue;
-            all += planes;
-            in_shadow += shadows_of[i];
-            too_bright += saturated_of[i];
-        }
-        values += all;
-        shadows += in_shadow;
-        saturated += too_bright;
-    });
-    counts.values += static_cast<double>(values);
-    counts.dark += static_cast<double>(shadows);
+    counts.values += static_cast<double>(pixels) * stack.lights() * stack.planes();
+    counts.dark += static_cast<double>(dark);
     counts.saturated += static_cast<double>(saturated);
 }
 
@@ -129,12 +104,13 @@ void keep_fits(const Strip& strip, const LightStack& stack, const PixelFits& fit
 }
 
 /// Error of each pixel under the lights that a fit to the others did not see.
-void keep_left_out(DeviceImpl& device, const Strip& strip, const LightStack& stack,
-                   std::span<const LightDirection> lights, const PixelRule& rule, Image& map) {
+/// \param values  [light][plane][pixel]
+void keep_left_out(DeviceImpl& device, const Strip& strip, const std::vector<float>& values,
+                   const LightStack& stack, std::span<const LightDirection> lights, const PixelRule& rule,
+                   Image& map) {
     const auto planes = static_cast<size_t>(stack.planes());
-    const PixelFits fits =
-        fit_pixels(device, values_kept(strip.values, stack.lights(), planes * strip.pixels), strip.pixels,
-                   stack.planes(), lights_kept(lights), rule);
+    const PixelFits fits = fit_pixels(device, values_kept(values, stack.lights(), planes * strip.pixels),
+                                      strip.pixels, stack.planes(), lights_kept(lights), rule);
     for_each_part(strip, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             if (!stack.covers(strip.first + i)) continue;
@@ -146,7 +122,7 @@ void keep_left_out(DeviceImpl& device, const Strip& strip, const LightStack& sta
                 if (!is_left_out(static_cast<int>(k))) continue;
                 double value = 0.0;
                 for (size_t p = 0; p < planes; ++p)
-                    value += std::abs(static_cast<double>(strip.values[(k * planes + p) * strip.pixels + i]));
+                    value += std::abs(static_cast<double>(values[(k * planes + p) * strip.pixels + i]));
                 value /= static_cast<double>(planes);
                 error += std::abs(value - modelled_value(fit, lights[k], rule.roughness));
                 all += value;
@@ -165,6 +141,16 @@ double median_inside(const Image& map, const LightStack& stack) {
     return static_cast<double>(*middle);
 }
 
+/// Without branches, so that compilers make vectors of it.
+bool all_finite(std::span<const float> values) {
+    std::uint32_t found = 0;
+    for (const float value : values) {
+        const std::uint32_t exponent = std::bit_cast<std::uint32_t>(value) & 0x7f800000U;
+        found |= static_cast<std::uint32_t>(exponent == 0x7f800000U);
+    }
+    return found == 0;
+}
+
 Relief fit_stack(Device& device, const LightStack& stack, std::span<const LightDirection> lights,
                  const ReliefOptions& options, bool maps) {
     const auto tell = [&](std::string_view stage, double share) {
@@ -181,18 +167,21 @@ Relief fit_stack(Device& device, const LightStack& stack, std::span<const LightD
     if (maps) result.left_out = Image(stack.size(), 1);
     Counts counts;
     Strip strip;
+    std::vector<float> values;
     for (int row = 0; row < stack.size().height; row += stack.rows_of_strip()) {
         stop_if_asked();
         const int rows = std::min(stack.rows_of_strip(), stack.size().height - row);
         const auto width = static_cast<size_t>(stack.size().width);
         strip.first = static_cast<size_t>(row) * width;
         strip.pixels = static_cast<size_t>(rows) * width;
-        stack.rows(row, rows, decoder, strip.values);
-        keep_fits(strip, stack,
-                  fit_pixels(device.impl(), strip.values, strip.pixels, stack.planes(), lights, chosen.rule),
-                  result);
-        if (maps) keep_left_out(device.impl(), strip, stack, lights, chosen.rule, result.left_out);
-        count(strip, stack, counts);
+        const PixelFits fits =
+            fit_pixels(device.impl(), stack.strip(row, rows, decoder), lights, chosen.rule);
+        keep_fits(strip, stack, fits, result);
+        count(strip, stack, fits, counts);
+        if (maps) {
+            stack.rows(row, rows, decoder, values);
+            keep_left_out(device.impl(), strip, values, stack, lights, chosen.rule, result.left_out);
+        }
         tell("fit", static_cast<double>(row + rows) / stack.size().height);
     }
     result.inside = stack.inside();
@@ -221,7 +210,8 @@ Relief fit_relief(Device& device, const LightSet& lights, const ReliefOptions& o
         throw InputError("map errors under lights that are left out",
                          "there are " + counted(directions.size(), "light"), "give six or more");
     if (options.progress) options.progress("read", 0.0);
-    const LightStack stack(lights, options, share_of_pictures * device.impl().memory_limit());
+    const LightStack stack(lights, options, share_of_pictures * device.impl().memory_limit(),
+                           device.impl().tuning().stack_values);
     // What 8 bits of a BTF mean is known.
     ReliefOptions taken = options;
     const bool known = lights.layout == "btf" && options.coding == LightCoding::automatic &&
@@ -250,12 +240,13 @@ Relief fit_relief(Device& device, std::span<const Image> pictures,
         for (double& x : d) x /= length;
     }
     check_directions(lights, asked);
-    for (const Image& picture : pictures)
-        if (!std::ranges::all_of(picture.values(), [](float value) { return std::isfinite(value); }))
+    for_each_block(static_cast<int>(pictures.size()), [&](int k) {
+        if (!all_finite(pictures[static_cast<size_t>(k)].values()))
             throw InputError(asked, "a value is not a finite number", "repair the picture");
+    });
     ReliefOptions linear = options;
     linear.coding = LightCoding::linear;
-    const LightStack stack(pictures, linear);
+    const LightStack stack(pictures, linear, device.impl().tuning().stack_values);
     return fit_stack(device, stack, lights, linear, false);
 }
 

@@ -161,7 +161,8 @@ LightPolynomial fit_light_polynomial(Device& device, const LightSet& lights, con
     if (directions.size() < terms)
         throw InputError(asked, "there are " + counted(directions.size(), "light"), "give six or more");
     constexpr double share_of_pictures = 0.4;
-    const LightStack stack(lights, options, share_of_pictures * device.impl().memory_limit());
+    const LightStack stack(lights, options, share_of_pictures * device.impl().memory_limit(),
+                           device.impl().tuning().stack_values);
     ReliefOptions taken = options;
     if (lights.layout == "btf" && options.coding == LightCoding::automatic &&
         stack.type() == PixelType::uint8)

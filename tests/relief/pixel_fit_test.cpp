@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -180,6 +183,40 @@ TEST(PixelFit, SaturatedValuesDoNotCount) {
     const PixelFits found =
         fit_pixels(test::default_device().impl(), stack, area(size), 1, lights, {.rule = LightRule::huber});
     EXPECT_LE(test::mean_angle(normals_of(found, size), test::hilly_normals(size)), 0.1);
+}
+
+/// The same values, as rows of pixels that lead each other.
+PixelStack rows_of(const std::vector<float>& stack, Size size, size_t lights) {
+    PixelStack rows;
+    rows.pixels = area(size);
+    rows.width = static_cast<size_t>(size.width);
+    rows.planes = 1;
+    rows.gains.assign(lights, 1.0F);
+    rows.copy = [&stack, size](int light, std::byte* to, size_t) {
+        std::memcpy(to, stack.data() + static_cast<size_t>(light) * area(size), area(size) * sizeof(float));
+    };
+    return rows;
+}
+
+TEST(PixelFit, RowsFollowTheirLeader) {
+    const std::vector<LightDirection> lights = test::dome(36);
+    const PixelRule rule{.rule = LightRule::lobe, .roughness = 0.3};
+    for (const Size size : {Size{1, 40}, Size{2, 5}, Size{4, 17}, Size{24, 24}}) {
+        SCOPED_TRACE(test::text(size));
+        const std::vector<float> stack = stack_of(size, 1, lights, {.noise = 0.01F, .gloss = 0.5F});
+        DeviceImpl& device = test::default_device().impl();
+        const PixelFits alone = fit_pixels(device, stack, area(size), 1, lights, rule);
+        const PixelFits led = fit_pixels(device, rows_of(stack, size, lights.size()), lights, rule);
+        // Every row is fitted, about as well as from two starts.
+        const Image truth = test::hilly_normals(size);
+        EXPECT_LE(test::mean_angle(normals_of(led, size), truth),
+                  1.1 * test::mean_angle(normals_of(alone, size), truth));
+        const auto left = [](const PixelFits& fits) {
+            return std::accumulate(fits.residual.begin(), fits.residual.end(), 0.0);
+        };
+        EXPECT_LE(left(led), 1.1 * left(alone));
+        EXPECT_EQ(led.counts, alone.counts);
+    }
 }
 
 TEST(PixelFit, GroupSizesGiveTheSameNumbers) {
