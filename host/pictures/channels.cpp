@@ -293,6 +293,7 @@ void keep_planes(Picture& picture, const ChannelPlan& plan) {
     const int count = static_cast<int>(plan.planes.size());
     const bool colour = count == 3 && picture.image.planes() == 3;
     std::vector<ColourSpace> spaces;
+    spaces.reserve(static_cast<std::size_t>(picture.image.planes()));
     for (int p = 0; p < picture.image.planes(); ++p) spaces.push_back(picture.image.plane_space(p));
     Image kept(picture.image.size(), count, colour ? picture.image.space() : ColourSpace::unspecified);
     if (!colour) kept.set_plane_spaces(spaces_of(spaces, plan.planes));

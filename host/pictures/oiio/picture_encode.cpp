@@ -96,6 +96,7 @@ OIIO::TypeDesc::BASETYPE codec_type(PixelType type) {
 
 std::vector<ColourSpace> spaces_of_planes(const Image& image) {
     std::vector<ColourSpace> spaces;
+    spaces.reserve(static_cast<std::size_t>(image.planes()));
     for (int p = 0; p < image.planes(); ++p) spaces.push_back(image.plane_space(p));
     return spaces;
 }

@@ -179,6 +179,13 @@ std::vector<Directory> directories_of(TIFF* tiff) {
     return result;
 }
 
+/// L*a*b* of bits that its encoding does not have.
+bool lacks_lab(const Layout& layout) {
+    const bool lab = layout.photometric == PHOTOMETRIC_CIELAB || layout.photometric == PHOTOMETRIC_ICCLAB;
+    const bool whole = layout.is_fraction() && (layout.bits == 8 || layout.bits == 16);
+    return lab && !layout.is_float() && !whole;
+}
+
 /// Refuses, by name, what cannot be read.
 void check_layout(const Layout& layout, TIFF* tiff, std::uintmax_t file_bytes, const std::string& asked) {
     const auto refuse = [&](const std::string& found, const char* remedy = convert_it) {
@@ -221,8 +228,7 @@ void check_layout(const Layout& layout, TIFF* tiff, std::uintmax_t file_bytes, c
         case PHOTOMETRIC_CIELAB:
         case PHOTOMETRIC_ICCLAB:
         case PHOTOMETRIC_LOGLUV:
-            if (layout.photometric != PHOTOMETRIC_YCBCR && layout.photometric != PHOTOMETRIC_LOGLUV &&
-                !layout.is_float() && !(layout.is_fraction() && (layout.bits == 8 || layout.bits == 16)))
+            if (lacks_lab(layout))
                 refuse("colours as L*a*b* of " + std::to_string(layout.bits) + " bits, sample format " +
                        std::to_string(layout.format) + ", are not supported");
             if (layout.colours != 3)
@@ -721,6 +727,22 @@ bool has_colours(TIFF* tiff, const Layout& layout, const std::string& descriptio
            !meaning.curves.front().empty();
 }
 
+/// Converts the colours as a whole, whichever of them are among the planes.
+void take_colours(TIFF* tiff, Layout& layout, const ReadOptions& options, Image colours,
+                  const ChannelPlan& plan, Picture& picture, const std::string& asked) {
+    Picture own;
+    own.type = picture.type;
+    own.image = std::move(colours);
+    interpret(tiff, layout, options, own, asked);
+    std::vector<ColourSpace> spaces(static_cast<std::size_t>(layout.samples), ColourSpace::unspecified);
+    for (int c = 0; c < layout.colours; ++c) spaces[static_cast<std::size_t>(c)] = own.image.plane_space(c);
+    for (std::size_t p = 0; p < plan.planes.size(); ++p)
+        if (const int c = plan.planes[p]; c < layout.colours)
+            std::ranges::copy(own.image.plane(c), picture.image.plane(static_cast<int>(p)).begin());
+    picture.image.set_plane_spaces(spaces_of(spaces, plan.planes));
+    picture.remarks.insert(picture.remarks.end(), own.remarks.begin(), own.remarks.end());
+}
+
 /// Colours as one picture; extra samples stand beside them where they are wanted.
 Picture read_samples(TIFF* tiff, Layout& layout, const ReadOptions& options, Crop stored, Pixels& pixels,
                      const std::string& asked) {
@@ -753,20 +775,8 @@ Picture read_samples(TIFF* tiff, Layout& layout, const ReadOptions& options, Cro
         throw InputError(asked,
                          "its colours have to be converted, and are not read apart or beside other planes",
                          "choose all of them with --planes, or give --keep-values");
-    if (!whole && has_colours(tiff, layout, description)) {
-        Picture own;
-        own.type = picture.type;
-        own.image = taken(colours);
-        interpret(tiff, layout, options, own, asked);
-        std::vector<ColourSpace> spaces(static_cast<std::size_t>(layout.samples), ColourSpace::unspecified);
-        for (int c = 0; c < layout.colours; ++c)
-            spaces[static_cast<std::size_t>(c)] = own.image.plane_space(c);
-        for (std::size_t p = 0; p < plan.planes.size(); ++p)
-            if (const int c = plan.planes[p]; c < layout.colours)
-                std::ranges::copy(own.image.plane(c), picture.image.plane(static_cast<int>(p)).begin());
-        picture.image.set_plane_spaces(spaces_of(spaces, plan.planes));
-        picture.remarks.insert(picture.remarks.end(), own.remarks.begin(), own.remarks.end());
-    }
+    if (!whole && has_colours(tiff, layout, description))
+        take_colours(tiff, layout, options, taken(colours), plan, picture, asked);
     if (const auto said = said_spaces(description, picture.image.planes()); !whole && said)
         picture.image.set_plane_spaces(*said);
     if (!whole && layout.photometric == PHOTOMETRIC_MINISWHITE && !options.keep_values)
