@@ -56,6 +56,7 @@ void read_names(std::string_view bytes) {
     const detail::NamedAngles angles = detail::angles_of_name(bytes);
     for (const auto& angle : {angles.tl, angles.pl, angles.tv, angles.pv})
         demand(!angle || std::isfinite(*angle), "an angle that is not finite");
+    if (!bytes.starts_with('{')) return;
     const detail::SideFile side = detail::parse_side_file(bytes, "read the bytes");
     demand(side.exposure > 0.0, "an exposure that is not above 0");
 }
