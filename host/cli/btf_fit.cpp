@@ -223,8 +223,8 @@ void add_btf_fit(CLI::App& parent, Action& action) {
     add_device(*command, options->device);
     add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
-    set_guide(*command, {.usual = {{"btfield btf fit rock/ -o rock.btfm"}},
-                         .more = {{"btfield btf fit rock/ -o rock.btfm --periodic --leave-out 10",
+    set_guide(*command, {.usual = {{"btfield btf fit set/ -o rock.btfm"}},
+                         .more = {{"btfield btf fit set/ -o rock.btfm --periodic --leave-out 10",
                                    "a made set, which tiles, and how well directions between are made up"},
                                   {"btfield btf fit cloth/ -o cloth.btfm --planes 24 --crop 0,0,256,256"}}});
     command->callback([options, &action] { action = [options] { run_fit(*options); }; });

@@ -1,8 +1,14 @@
+#include <cstdint>
+#include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 
+#include "btfield/btf_model.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/btf_parts.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 
@@ -15,7 +21,85 @@ struct InfoArguments {
     bool json = false;
 };
 
+/// Bytes of a model's parts, however its file packs them.
+struct ModelParts {
+    std::uintmax_t mean = 0, offsets = 0, weights = 0, rest = 0;
+};
+
+ModelParts parts_of(const BtfModel& model, std::uintmax_t bytes) {
+    ModelParts parts{2 * model.tables.mean.size(), 2 * model.tables.offsets.size(),
+                     model.tables.weights.size()};
+    const std::uintmax_t tables = parts.mean + parts.offsets + parts.weights;
+    parts.rest = bytes > tables ? bytes - tables : 0;
+    return parts;
+}
+
+double ratio(std::uint64_t of, std::uintmax_t bytes) {
+    return bytes > 0 && of > 0 ? static_cast<double>(of) / static_cast<double>(bytes)
+                               : std::numeric_limits<double>::quiet_NaN();
+}
+
+Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
+    Json object;
+    object["format"] = "model";
+    object["size"] = size_json(model.size);
+    object["planes"] = model.colours;
+    object["views"] = model.views.size();
+    object["lights"] = model.lights.size();
+    object["pictures"] = model.pairs.size();
+    object["colour"] = std::string(name(model.space));
+    object["white"] = number(model.white);
+    object["surface_planes"] = model.planes();
+    object["model"] = std::string(name(model.surface.kind));
+    object["valid"] = is_valid(model.surface);
+    object["unexplained"] = number(model.unexplained);
+    object["relief"]["from"] = model.relief;
+    object["relief"]["scale_factor"] = number(model.scale_factor);
+    object["bytes"] = bytes;
+    const ModelParts parts = parts_of(model, bytes);
+    object["parts"]["mean"] = parts.mean;
+    object["parts"]["offsets"] = parts.offsets;
+    object["parts"]["weights"] = parts.weights;
+    object["parts"]["field"] = parts.rest;
+    object["compression_ratio"] = number(ratio(model.picture_bytes, bytes));
+    object["file_ratio"] = number(ratio(model.file_bytes, bytes));
+    return object;
+}
+
+std::string btf_model_text(const BtfModel& model, std::uintmax_t bytes) {
+    std::string text = "model     joint: height and " + detail::counted(model.planes(), "plane") + " as " +
+                       std::string(name(model.surface.kind)) + "\n";
+    text += "pictures  " + std::to_string(model.pairs.size()) + ": " +
+            detail::counted(model.views.size(), "view") + " x " +
+            detail::counted(model.lights.size(), "light") + ", of " + detail::text_of(model.size) +
+            " pixels, " + detail::counted(model.colours, "plane") + "\n";
+    text += "relief    " + model.relief + ", times " + number_text(model.scale_factor) + "\n";
+    text += "left      " + number_text(100.0 * model.unexplained) + " % of the variance\n";
+    const ModelParts parts = parts_of(model, bytes);
+    text += "bytes     " + std::to_string(bytes) + ": means " + std::to_string(parts.mean) + ", offsets " +
+            std::to_string(parts.offsets) + ", weights " + std::to_string(parts.weights) + ", field " +
+            std::to_string(parts.rest) + "\n";
+    text += "ratio     1 : " + number_text(ratio(model.picture_bytes, bytes)) + " of 8-bit pictures";
+    if (model.file_bytes > 0)
+        text += ", 1 : " + number_text(ratio(model.file_bytes, bytes)) + " of the set's files";
+    return text + "\n";
+}
+
+bool names_model(const std::string& file) {
+    const auto extension = std::filesystem::path(file).extension();
+    return extension == ".btfm" || extension == ".json";
+}
+
 void run_info(const InfoArguments& options) {
+    if (names_model(options.set)) {
+        const BtfModel model = read_btf_model(options.set);
+        const std::uintmax_t bytes = model_file_bytes(options.set);
+        if (options.json)
+            emit_json(btf_model_json(model, bytes));
+        else
+            emit_text(btf_model_text(model, bytes));
+        return;
+    }
     const BtfSet set = open_told(options.set, options.reading);
     if (options.json)
         emit_json(set_json(set));
@@ -28,13 +112,16 @@ void run_info(const InfoArguments& options) {
 void add_btf_info(CLI::App& parent, Action& action) {
     CLI::App* command = parent.add_subcommand("info", "tell what a BTF has: directions, size, colours");
     const auto options = std::make_shared<InfoArguments>();
-    command->add_option("SET", options->set, "a BTF (docs/btf.md)")->required()->type_name("");
+    command->add_option("SET", options->set, "a BTF (docs/btf.md), or a model of one")
+        ->required()
+        ->type_name("");
     add_btf_reading(*command, options->reading);
     add_json(*command, options->json);
-    set_guide(*command, {.usual = {{"btfield btf info set/"}},
-                         .more = {{"btfield btf info set/ --json"}},
-                         .notes = {"Pictures without which the set is not complete are counted as missing. "
-                                   "Two of the same directions are an error."}});
+    set_guide(*command,
+              {.usual = {{"btfield btf info set/"}},
+               .more = {{"btfield btf info set/ --json"}, {"btfield btf info rock.btfm", "bytes by part"}},
+               .notes = {"Pictures without which the set is not complete are counted as missing. "
+                         "Two of the same directions are an error."}});
     command->callback([options, &action] { action = [options] { run_info(*options); }; });
 }
 

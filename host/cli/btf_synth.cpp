@@ -179,7 +179,7 @@ void add_btf_synth(CLI::App& parent, Action& action) {
     add_json(*command, options->json);
     set_guide(*command,
               {.usual = {{"btfield btf synth rock.btfm -o rock.png --view 0,0 --light 60,90"}},
-               .more = {{"btfield btf synth rock.btfm -o rock.png --view 30,45 --light 52.5,10 --size 1024"},
+               .more = {{"btfield btf synth rock.btfm -o a.png --view 30,45 --light 9.5,10 --size 512"},
                         {"btfield btf synth rock.btfm -o rock-large/ --all --size 512",
                          "a set as the one that was measured, of 512 x 512 pixels"}}});
     command->callback([options, &action] { action = [options] { run_synth(*options); }; });

@@ -211,6 +211,18 @@ TEST_F(CliBtfModel, FitsAndGrows) {
     EXPECT_LT(fitted["left_out"]["pixels_median"], fitted["left_out"]["nearest"]["pixels_median"]);
     EXPECT_EQ(fitted["bytes"], fs::file_size(at("m.btfm")));
 
+    const json info = expect_object({"btf", "info", at("m.btfm")});
+    expect_keys(info, {"format", "size", "planes", "views", "lights", "pictures", "colour", "white",
+                       "surface_planes", "model", "valid", "unexplained", "relief", "bytes", "parts",
+                       "compression_ratio", "file_ratio"});
+    EXPECT_EQ(info["pictures"], 72);
+    EXPECT_EQ(info["parts"]["weights"], 72 * 3 * 4);
+    EXPECT_EQ(info["parts"]["mean"].get<int>() + info["parts"]["offsets"].get<int>() +
+                  info["parts"]["weights"].get<int>() + info["parts"]["field"].get<int>(),
+              info["bytes"]);
+    expect_failure({"info", at("m.btfm")}, 1, "btf info");
+    expect_failure({"synth", at("m.btfm"), "-o", at("o.png")}, 1, "btf synth");
+
     const json one = expect_object({"btf", "synth", at("m.btfm"), "-o", at("one.png"), "--view", "20,40",
                                     "--light", "45,-90", "--size", "48x32", "--seed", "2"});
     expect_keys(one, {"outputs", "size", "seeds", "tileable", "clamped_pixels", "device"});
