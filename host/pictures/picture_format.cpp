@@ -271,8 +271,7 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
             any ? "1 to " + std::to_string(format.most_planes) : std::to_string(entry->planes[0]);
         if (!any && entry->planes[1] != entry->planes[0]) holds += " or " + std::to_string(entry->planes[1]);
         throw InputError(
-            asked,
-            "the picture has " + counted(planes, "plane") + " and " + extension + " holds " + holds,
+            asked, "the picture has " + counted(planes, "plane") + " and " + extension + " holds " + holds,
             "use .tif or .exr, which hold any number");
     }
 
