@@ -123,7 +123,7 @@ Relieved Fitting::stereo() {
     const auto lower = [](const BtfDirection& a, const BtfDirection& b) { return a.theta < b.theta; };
     const auto top = static_cast<std::size_t>(std::ranges::min_element(views, lower) - views.begin());
     const std::vector<int>& lights = shares_.lights[top];
-    const Relieved level{Image(set_->size(), 1), "level", true};
+    Relieved level{Image(set_->size(), 1), "level", true};
     const std::string without = ": no relief is modelled; give a height";
     if (views[top].theta > 1e-3) {
         remarks_.push_back("no view is from straight above" + without);

@@ -200,7 +200,7 @@ Contents mif_contents(const ByteFile& file) {
     c.images = pictures.empty() ? 0 : pictures.back().first + 1;
     check_shape(c, file);
     // Numbers beyond those whose directions are known.
-    if (c.images > std::max<uint64_t>(81 * 81, c.angles.size() / 4))
+    if (c.images > std::max<uint64_t>(uint64_t{81} * 81, c.angles.size() / 4))
         file.refuse("it has a picture of the number " + std::to_string(c.images - 1) +
                     " and does not tell its directions");
     if (c.planes != 3) c.space = ColourSpace::unspecified;
@@ -372,8 +372,8 @@ void write_head(ByteWriter& to, Container kind, const BtfSet& set, const std::ve
             xml += number;
         }
         xml += std::string(angles_end) + "</mif>";
-        const uint64_t picture = 6 * 8 + area(set.size()) * static_cast<uint64_t>(set.planes()) *
-                                             static_cast<uint64_t>(bytes_per_value(type));
+        const uint64_t picture = uint64_t{6} * 8 + area(set.size()) * static_cast<uint64_t>(set.planes()) *
+                                                       static_cast<uint64_t>(bytes_per_value(type));
         to.text(mif_magic);
         to.value(uint64_t{24} + 16 + xml.size() + pairs.size() * (16 + picture));
         to.value(uint64_t{1});
@@ -440,7 +440,7 @@ void write_container(const std::filesystem::path& path, Container kind, const Bt
         for (size_t i = 0; i < packs.size(); ++i) {
             if (kind == Container::mif) {
                 to.value(uint64_t{0});
-                to.value(uint64_t{6 * 8} + packs[i].size());
+                to.value(uint64_t{6} * 8 + packs[i].size());
                 for (const uint64_t each :
                      {uint64_t{first + i}, uint64_t{0}, type == PixelType::half ? mif_half : mif_float,
                       static_cast<uint64_t>(set.size().height), static_cast<uint64_t>(set.size().width),

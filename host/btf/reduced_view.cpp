@@ -87,6 +87,7 @@ MatrixXd gram(const RelativeRows& rows, std::size_t count) {
 
 /// Q whose columns are orthonormal and span those of y, as far as these are independent.
 MatrixXd orthonormal(const MatrixXd& y) {
+    if (y.cols() == 0) return y;
     const MatrixXd moments = y.transpose() * y;
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(moments);
     const double least = 1e-13 * std::max(solver.eigenvalues().tail(1)[0], 1e-300);

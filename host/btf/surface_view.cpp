@@ -42,7 +42,7 @@ SurfaceView::Rays SurfaceView::rays(const std::array<double, 3>& view) const {
     const std::lock_guard lock(mutex_);
     for (const auto& [own, rays] : kept_)
         if (own == view) return rays;
-    const Rays made = std::make_shared<const DeviceRays>(relief_.device_rays(view));
+    Rays made = std::make_shared<const DeviceRays>(relief_.device_rays(view));
     if (kept_.size() >= kept_views) kept_.pop_front();
     kept_.emplace_back(view, made);
     return made;
@@ -50,7 +50,7 @@ SurfaceView::Rays SurfaceView::rays(const std::array<double, 3>& view) const {
 
 Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeights& weights) const {
     const Rays seen = rays(view);
-    const auto stride = static_cast<std::size_t>(padded_ + table_head);
+    const auto stride = static_cast<std::size_t>(padded_) + std::size_t{table_head};
     std::vector<float> table(stride * static_cast<std::size_t>(colours_));
     for (std::size_t c = 0; c < static_cast<std::size_t>(colours_); ++c) {
         float* const own = table.data() + c * stride;

@@ -38,7 +38,7 @@ void read_meta(ByteCursor& cursor, const ByteFile& file, Ubo2014Header& header) 
     const std::uint64_t begin = cursor.at();
     const auto size = cursor.take<std::uint32_t>("its meta data");
     header.version = cursor.take<std::uint32_t>("its meta data");
-    cursor.skip(3 * 80, "its meta data");
+    cursor.skip(std::uint64_t{3} * 80, "its meta data");
     header.pixels_per_mm = cursor.take<float>("its meta data");
     cursor.skip(3 * sizeof(float), "its meta data");
     std::uint32_t channels = 3;

@@ -37,7 +37,7 @@ ReadOptions reading_of(const ReliefOptions& options) {
 void store(std::span<const float> values, StackForm form, std::byte* to) {
     const auto whole = [&]<class Number>(Number* numbers, float largest) {
         for (size_t i = 0; i < values.size(); ++i)
-            numbers[i] = static_cast<Number>(static_cast<int>(values[i] * largest + 0.5F));
+            numbers[i] = static_cast<Number>(std::lrint(values[i] * largest));
     };
     if (form == StackForm::bytes)
         whole(reinterpret_cast<std::uint8_t*>(to), 255.0F);
