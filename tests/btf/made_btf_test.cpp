@@ -74,8 +74,10 @@ Errors compare(Device& device, Size size, int planes) {
             EXPECT_EQ(picture.planes(), planes);
             for (int r = 0; r < size.height; ++r)
                 for (int c = 0; c < size.width; ++c) {
-                    const auto [x, y] = reference::seen_at(centred, r, c, view);
-                    const auto map = [&](const Image& of, int p) { return reference::between(of, p, x, y); };
+                    const reference::Place place = reference::seen_at(centred, r, c, view);
+                    const auto map = [&](const Image& of, int p) {
+                        return reference::between(of, p, place.x, place.y);
+                    };
                     for (int p = 0; p < planes; ++p) {
                         const double expected =
                             reference::reflected(map(m.albedo, p),
