@@ -184,6 +184,10 @@ ReducedView reduce_view(int pictures, int colours, std::size_t pixels, int rank,
     });
     view.energy = std::accumulate(energies.begin(), energies.end(), 0.0);
     view.basis = leading_vectors(gram(rows, count), rank);
+    if (view.basis.cols() == 0) {
+        view.lost = view.energy;
+        return view;
+    }
     const RowMajorMatrix across = view.basis.transpose();
     RowMajorMatrix projected(across.rows(), static_cast<Index>(pixels));
     const int blocks = static_cast<int>((pixels + reduced_pixels - 1) / reduced_pixels);
