@@ -3,6 +3,8 @@
 #include <bit>
 #include <cmath>
 
+#include "btfield/error.hpp"
+
 namespace btfield::test {
 namespace {
 
@@ -258,6 +260,21 @@ std::string mif_bytes(int scalar) {
     }
     bytes.put(std::uint64_t{1}).put(std::uint64_t{xml.size()}).text(xml);
     return bytes.str();
+}
+
+BtfSet BtfFile::open(const std::string& bytes) const {
+    put_bytes(folder_ / name_, bytes);
+    return BtfSet::open(folder_ / name_);
+}
+
+std::string BtfFile::refusal(const std::string& bytes) const {
+    try {
+        const BtfSet set = open(bytes);
+        for (const BtfPair& pair : set.pictures()) static_cast<void>(set.picture(pair.view, pair.light));
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
 }
 
 }  // namespace btfield::test

@@ -10,7 +10,25 @@
 #include <utility>
 #include <vector>
 
+#include "btfield/btf_set.hpp"
+#include "tests/temporary_folder.hpp"
+
 namespace btfield::test {
+
+/// Opens bytes as a file of this name.
+class BtfFile {
+  public:
+    explicit BtfFile(std::string name) : name_(std::move(name)) {}
+    [[nodiscard]] BtfSet open(const std::string& bytes) const;
+    /// What is said against reading all of it; empty: nothing.
+    [[nodiscard]] std::string refusal(const std::string& bytes) const;
+
+  protected:
+    TemporaryFolder folder_;
+
+  private:
+    std::string name_;
+};
 
 /// Little-endian numbers, one after the other.
 class Bytes {

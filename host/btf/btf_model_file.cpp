@@ -8,9 +8,9 @@
 #include "btfield/error.hpp"
 #include "btfield/model_file.hpp"
 #include "host/base/base64.hpp"
+#include "host/base/half.hpp"
 #include "host/base/strict_json.hpp"
 #include "host/base/text.hpp"
-#include "host/btf/btf_tables.hpp"
 #include "host/btf/direction_grid.hpp"
 #include "host/model/model_json.hpp"
 #include "host/pictures/picture_names.hpp"
@@ -103,7 +103,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     if (!model.true_lights.empty()) value["true_lights"] = directions_value(model.true_lights);
     const BtfTables& tables = model.tables;
     std::vector<std::uint16_t> means;
-    for (const float mean : tables.mean) means.push_back(half_of(mean));
+    for (const float mean : tables.mean) means.push_back(half_of_float(mean));
     value["mean"] = table_value(means, binary);
     value["offset_unit"] = tables.offset_unit;
     value["offsets"] = table_value(tables.offsets, binary);
@@ -133,7 +133,7 @@ void read_tables(Object& object, BtfModel& model, const Context& context) {
     BtfTables& tables = model.tables;
     for (const std::uint16_t mean : table_from<std::uint16_t>(object.member("mean"), "mean", context, rows)) {
         if (mean > 0x7bffU) fail(context, "mean holds a number that is negative or not finite");
-        tables.mean.push_back(of_half(mean));
+        tables.mean.push_back(float_of_half(mean));
     }
     tables.offset_unit = object.get("offset_unit", real);
     tables.offsets = table_from<std::int16_t>(object.member("offsets"), "offsets", context, rows);

@@ -1,27 +1,17 @@
 #include "host/btf/btf_tables.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+
+#include "host/base/half.hpp"
 
 namespace btfield::detail {
 
 using Eigen::Index;
 
-std::uint16_t half_of(float value) {
-    constexpr float largest = 65504.0F, least_normal = 0x1p-14F;
-    value = std::clamp(value, 0.0F, largest);
-    if (value < least_normal) return static_cast<std::uint16_t>(std::lrint(std::ldexp(value, 24)));
-    // Rounded to even at the eleventh bit, which may carry into the exponent.
-    const auto bits = std::bit_cast<std::uint32_t>(value);
-    const std::uint32_t odd = bits >> 13 & 1U, rounded = bits + 0xfffU + odd;
-    return static_cast<std::uint16_t>((rounded >> 13) - (112U << 10));
-}
-
-float of_half(std::uint16_t bits) {
-    const std::uint32_t exponent = bits >> 10 & 31U, mantissa = bits & 1023U;
-    if (exponent == 0) return std::ldexp(static_cast<float>(mantissa), -24);
-    return std::bit_cast<float>((exponent + 112U) << 23 | mantissa << 13);
+float kept_mean(double mean) {
+    constexpr double largest = 65504.0;
+    return float_of_half(half_of_float(static_cast<float>(std::clamp(mean, 0.0, largest))));
 }
 
 bool height_varies(const Image& height) {
@@ -52,7 +42,7 @@ void fill_tables(BtfModel& model, const BtfSet& set, const std::vector<std::vect
         }
         for (Index row = 0; row < planes.weights[v].rows(); ++row) {
             const auto at = static_cast<std::size_t>(row);
-            tables.mean.push_back(of_half(half_of(static_cast<float>(views[v].reduced.mean[at]))));
+            tables.mean.push_back(kept_mean(views[v].reduced.mean[at]));
             tables.offsets.push_back(
                 static_cast<std::int16_t>(std::lround(planes.offsets[v][at] / tables.offset_unit)));
             for (Index k = 0; k < m; ++k)

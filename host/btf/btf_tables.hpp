@@ -9,9 +9,8 @@
 
 namespace btfield::detail {
 
-/// IEEE half precision, as the model's file has means; of numbers from 0 on.
-[[nodiscard]] std::uint16_t half_of(float value);
-[[nodiscard]] float of_half(std::uint16_t bits);
+/// A mean as the model's file has it: of half precision, from 0 to the largest.
+[[nodiscard]] float kept_mean(double mean);
 
 [[nodiscard]] bool height_varies(const Image& height);
 

@@ -71,11 +71,6 @@ class ByteCursor {
     std::uint64_t at_, end_;
 };
 
-/// IEEE 754 binary16.
-[[nodiscard]] float float_of_half(std::uint16_t half);
-/// To the nearest, ties to even; beyond 65504 infinite.
-[[nodiscard]] std::uint16_t half_of_float(float value);
-
 /// What values of a file are stored as.
 enum class Scalar : std::uint8_t { byte = 1, half = 2, float32 = 4, float64 = 8 };
 /// \throws InputError for other sizes

@@ -16,6 +16,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
+#include "host/base/half.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
 #include "host/btf/byte_file.hpp"
@@ -282,7 +283,7 @@ class ContainerSource : public BtfSource {
         }
         if (contents_.coded)
             for (float& value : image.values())
-                value = value <= 0.04045F ? value / 12.92F : std::pow((value + 0.055F) / 1.055F, 2.4F);
+                value = static_cast<float>(srgb_decoded(static_cast<double>(value)));
         return image;
     }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/half.hpp"
 #include "host/btf/byte_file.hpp"
 #include "host/btf/colour_models.hpp"
 #include "host/btf/direction_grid.hpp"

@@ -15,6 +15,7 @@
 #include "btfield/height.hpp"
 #include "btfield/made_btf.hpp"
 #include "btfield/material.hpp"
+#include "host/base/srgb_curve.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/btf_parts.hpp"
 #include "host/cli/command_text.hpp"
@@ -71,10 +72,8 @@ Image linear_colours(Picture picture) {
     Image image = std::move(picture.image);
     const bool coded = !is_hdr(picture) || image.space() == ColourSpace::srgb;
     if (coded)
-        for (float& value : image.values()) {
-            const auto v = static_cast<double>(value);
-            value = static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-        }
+        for (float& value : image.values())
+            value = static_cast<float>(detail::srgb_decoded(static_cast<double>(value)));
     image.set_space(image.planes() != 3                 ? ColourSpace::unspecified
                     : image.space() == ColourSpace::xyz ? ColourSpace::xyz
                                                         : ColourSpace::linear);

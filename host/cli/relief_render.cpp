@@ -14,6 +14,7 @@
 
 #include "btfield/error.hpp"
 #include "btfield/relighting.hpp"
+#include "host/base/srgb_curve.hpp"
 #include "host/base/strict_json.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command_text.hpp"
@@ -73,8 +74,7 @@ Image read_albedo(const fs::path& file, double scale) {
     Image albedo = picture.image;
     for (float& value : albedo.values()) {
         auto linear = static_cast<double>(value);
-        if (!is_hdr(picture))
-            linear = linear <= 0.04045 ? linear / 12.92 : std::pow((linear + 0.055) / 1.055, 2.4);
+        if (!is_hdr(picture)) linear = detail::srgb_decoded(linear);
         value = static_cast<float>(linear * scale);
     }
     albedo.set_space(ColourSpace::linear);

@@ -1,16 +1,16 @@
 #pragma once
 
 /// \file
-/// Arithmetic of colours: the sRGB curve, primaries as matrices, and between the spaces of ColourSpace.
+/// Arithmetic of colours: primaries as matrices, and between the spaces of ColourSpace.
 
 #include <array>
-#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "btfield/image_io.hpp"
+#include "host/base/srgb_curve.hpp"
 
 namespace btfield::detail {
 
@@ -19,15 +19,6 @@ using Matrix3 = std::array<double, 9>;
 
 /// Primaries and white of Rec. 709 and sRGB: D65.
 inline constexpr Chromaticities rec709{0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
-
-/// IEC 61966-2-1, its straight piece continued below 0 and its curve above 1.
-[[nodiscard]] inline double srgb_encoded(double linear) {
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-}
-/// Its inverse.
-[[nodiscard]] inline double srgb_decoded(double encoded) {
-    return encoded <= 12.92 * 0.0031308 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-}
 
 [[nodiscard]] Matrix3 product(const Matrix3& a, const Matrix3& b);
 /// Nothing when it is singular.

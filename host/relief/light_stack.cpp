@@ -9,6 +9,7 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/srgb_curve.hpp"
 #include "host/base/text.hpp"
 
 namespace btfield::detail {
@@ -20,8 +21,7 @@ using std::size_t;
 constexpr size_t sample_count = 1000;
 
 double linear_of(double value, LightCoding coding, double gamma) {
-    if (coding == LightCoding::srgb)
-        return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    if (coding == LightCoding::srgb) return srgb_decoded(value);
     if (coding == LightCoding::gamma) return std::pow(std::max(value, 0.0), gamma);
     return value;
 }

@@ -7,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/base/decompositions.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/srgb_curve.hpp"
 #include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/relief/light_directions.hpp"
@@ -35,9 +36,7 @@ class ScreenCoding {
     explicit ScreenCoding(double white) : scale_(static_cast<float>(last / white)) {
         table_.resize(static_cast<size_t>(last) + 1);
         for (size_t i = 0; i < table_.size(); ++i) {
-            const double linear = static_cast<double>(i) / last;
-            table_[i] = static_cast<float>(linear <= 0.0031308 ? 12.92 * linear
-                                                               : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
+            table_[i] = static_cast<float>(srgb_encoded(static_cast<double>(i) / last));
         }
     }
     [[nodiscard]] float operator()(float linear) const {

@@ -22,22 +22,9 @@
 namespace btfield {
 namespace {
 
-class BtfContainers : public testing::Test {
+class BtfContainers : public testing::Test, protected test::BtfFile {
   protected:
-    [[nodiscard]] BtfSet open(const std::string& bytes) const {
-        test::put_bytes(folder_ / "a", bytes);
-        return BtfSet::open(folder_ / "a");
-    }
-    [[nodiscard]] std::string refusal(const std::string& bytes) const {
-        try {
-            const BtfSet set = open(bytes);
-            for (const BtfPair& pair : set.pictures()) static_cast<void>(set.picture(pair.view, pair.light));
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        return "";
-    }
-    test::TemporaryFolder folder_;
+    BtfContainers() : BtfFile("a") {}
 };
 
 void expect_values(const BtfSet& set) {
@@ -170,32 +157,6 @@ TEST_F(BtfContainers, WhatTheyCannotHoldIsRefused) {
     options.type = PixelType::uint8;
     EXPECT_THROW(static_cast<void>(write_btf(folder_ / "x", set, options)), InputError);
     EXPECT_TRUE(folder_.names().empty());
-}
-
-TEST(ByteFiles, Halves) {
-    using detail::float_of_half;
-    using detail::half_of_float;
-    EXPECT_EQ(float_of_half(0x3c00), 1.0F);
-    EXPECT_EQ(float_of_half(0xc100), -2.5F);
-    EXPECT_EQ(float_of_half(0x7bff), 65504.0F);
-    EXPECT_EQ(float_of_half(0x0001), 0x1p-24F);
-    EXPECT_EQ(float_of_half(0x0400), 0x1p-14F);
-    EXPECT_TRUE(std::isinf(float_of_half(0x7c00)));
-    EXPECT_TRUE(std::isnan(float_of_half(0x7e01)));
-    for (unsigned bits = 0; bits < 0x10000U; ++bits) {
-        const auto half = static_cast<std::uint16_t>(bits);
-        if ((bits & 0x7c00U) == 0x7c00U) continue;
-        ASSERT_EQ(half_of_float(float_of_half(half)), half);
-        // Half-way to the next: to the even one.
-        if ((bits & 0x7fffU) < 0x7bffU) {
-            const float next = float_of_half(static_cast<std::uint16_t>(bits + 1U));
-            const float middle = 0.5F * (float_of_half(half) + next);
-            ASSERT_EQ(half_of_float(middle), bits % 2 == 0 ? bits : bits + 1U);
-        }
-    }
-    EXPECT_EQ(half_of_float(65519.0F), 0x7bff);
-    EXPECT_EQ(half_of_float(65520.0F), 0x7c00);
-    EXPECT_EQ(half_of_float(-1e-9F), 0x8000);
 }
 
 }  // namespace

@@ -21,22 +21,9 @@ using test::ubo2014_bytes;
 using test::ubo2014_value;
 using test::Ubo2014Case;
 
-class Ubo2014 : public testing::Test {
+class Ubo2014 : public testing::Test, protected test::BtfFile {
   protected:
-    [[nodiscard]] BtfSet open(const std::string& bytes) const {
-        test::put_bytes(folder_ / "a.btf", bytes);
-        return BtfSet::open(folder_ / "a.btf");
-    }
-    [[nodiscard]] std::string refusal(const std::string& bytes) const {
-        try {
-            const BtfSet set = open(bytes);
-            for (const BtfPair& pair : set.pictures()) static_cast<void>(set.picture(pair.view, pair.light));
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        return "";
-    }
-    test::TemporaryFolder folder_;
+    Ubo2014() : BtfFile("a.btf") {}
 };
 
 double deg(double radians) {

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/half.hpp"
 #include "host/base/text.hpp"
 #include "host/pictures/channels.hpp"
 #include "host/pictures/colour.hpp"
@@ -257,14 +258,6 @@ std::uint32_t packed_value(const std::uint8_t* bytes, std::size_t index, int bit
     return value;
 }
 
-float half_value(std::uint16_t bits) {
-    const int exponent = bits >> 10 & 31;
-    const auto mantissa = static_cast<double>(bits & 1023);
-    double value = exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(mantissa + 1024.0, exponent - 25);
-    if (exponent == 31) value = mantissa == 0.0 ? INFINITY : NAN;
-    return static_cast<float>((bits & 0x8000) != 0 ? -value : value);
-}
-
 template <class Value>
 Value native(const std::uint8_t* bytes, std::size_t index) {
     Value value{};
@@ -279,7 +272,7 @@ struct Sampler {
 
     float operator()(const std::uint8_t* row, std::size_t i) {
         if (layout.is_float())
-            return layout.bits == 16 ? half_value(native<std::uint16_t>(row, i)) : native<float>(row, i);
+            return layout.bits == 16 ? float_of_half(native<std::uint16_t>(row, i)) : native<float>(row, i);
         if (layout.bits == 8 && !layout.is_signed()) return static_cast<float>(row[i]) / 255.0F;
         if (layout.bits == 16 && !layout.is_signed())
             return static_cast<float>(native<std::uint16_t>(row, i)) / 65535.0F;
