@@ -158,6 +158,8 @@ LightPolynomial write_relight(Device& device, const ReliefArguments& options, co
                               const LightSet& lights, const Relief& relief) {
     ReliefOptions how = options.relief;
     how.coding = relief.coding;
+    Progress bar;
+    how.progress = [&](std::string_view, double share) { bar.show(share, "relight"); };
     LightPolynomial polynomial = fit_light_polynomial(device, lights, how);
     const RelightablePlanes planes = relightable_planes(polynomial);
     for (std::size_t t = 0; t < planes.pictures.size(); ++t)
