@@ -12,6 +12,7 @@
 #include "btfield/material.hpp"
 #include "btfield/relief.hpp"
 #include "btfield/synthesis.hpp"
+#include "host/base/limits.hpp"
 #include "host/base/text.hpp"
 #include "host/btf/btf_score.hpp"
 #include "host/btf/btf_tables.hpp"
@@ -55,6 +56,9 @@ void check_options(const BtfSet& set, const BtfFitOptions& options) {
         throw InputError(asked_fit, counted(options.planes, "plane") + " were asked for", "give 1 to 60");
     if (options.leave_out < 0 || options.leave_out == 1)
         throw InputError(asked_fit, "every picture would be left out", "leave out every second or fewer");
+    if (!(std::isfinite(options.table_error) && options.table_error >= 0.0))
+        throw InputError(asked_fit, "the error of the tables is not a number from 0 on",
+                         "give a share, as 0.2");
     if (options.scale && !(std::isfinite(*options.scale) && *options.scale >= 0.0))
         throw InputError(asked_fit, "the factor on the relief is not a number from 0 on",
                          "give a factor, 1 for heights in pixels");
@@ -91,6 +95,8 @@ class Fitting {
     void tell(std::string_view stage, double share) const {
         if (options_->progress) options_->progress(stage, share);
     }
+    [[nodiscard]] int kept_rank() const { return 2 * options_->planes + 16; }
+    void check_memory() const;
     [[nodiscard]] Relieved relief();
     [[nodiscard]] Relieved stereo();
     [[nodiscard]] std::vector<JointView> read_views() const;
@@ -104,6 +110,23 @@ class Fitting {
     Shares shares_;
     std::vector<std::string> remarks_;
 };
+
+/// Before anything is read.
+void Fitting::check_memory() const {
+    double bytes = 0.0;
+    for (const std::vector<int>& lights : shares_.lights) {
+        const auto rows = static_cast<double>(lights.size()) * set_->planes();
+        bytes += std::min<double>(kept_rank(), rows) * static_cast<double>(area(set_->size())) *
+                 sizeof(std::int16_t);
+    }
+    const double limit = device_->impl().memory_limit();
+    if (bytes > limit)
+        throw InputError(
+            asked_fit,
+            "views of " + text_of(set_->size()) + " pixels as " + counted(kept_rank(), "plane") + " take " +
+                bytes_text(bytes) + " where " + bytes_text(limit) + " may be used",
+            "crop the pictures, leave out views by a stride, ask for fewer planes, or allow more memory");
+}
 
 Relieved Fitting::relief() {
     Relieved result;
@@ -157,7 +180,7 @@ Relieved Fitting::stereo() {
 }
 
 std::vector<JointView> Fitting::read_views() const {
-    const int rank = 2 * options_->planes + 16;
+    const int rank = kept_rank();
     const std::size_t pixels = area(set_->size());
     std::vector<JointView> views;
     const std::size_t all = set_->views().size();
@@ -265,6 +288,7 @@ BtfModel Fitting::described() const {
 }
 
 BtfFit Fitting::run() {
+    check_memory();
     Relieved found = relief();
     tell("relief", 1.0);
     const std::vector<JointView> views = read_views();
@@ -285,9 +309,13 @@ BtfFit Fitting::run() {
     const RelievedSurface relieved(device_->impl(), found.height);
     const JointPlanes planes = fit_joint_planes(relieved, views, how);
     fit.model.unexplained = planes.unexplained;
-    fill_tables(fit.model, *set_, shares_.lights, views, planes);
+    fill_tables(fit.model, *set_, shares_.lights, views, planes, options_->table_error * planes.unexplained,
+                [&](double share) { tell("tables", share); });
 
     const int kept = static_cast<int>(planes.planes.cols());
+    if (kept < options_->planes)
+        remarks_.push_back("no view has pictures for more than " + counted(kept, "plane") + " of the " +
+                           std::to_string(options_->planes));
     fit.surface = Image(set_->size(), kept + 1);
     std::ranges::copy(found.height.values(), fit.surface.plane(0).begin());
     for (int k = 0; k < kept; ++k) {

@@ -1,5 +1,6 @@
-#include <bit>
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -24,7 +25,7 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr int most_directions = 65536, most_colours = 64, most_planes = 64;
-constexpr std::size_t most_pairs = std::size_t{1} << 22;
+constexpr std::size_t most_pairs = std::size_t{1} << 22, most_possible_pairs = std::size_t{1} << 26;
 
 // Numbers as bytes, lowest first.
 template <typename Number>
@@ -71,6 +72,24 @@ std::vector<Number> table_from(const json& value, const std::string& where, cons
     return numbers_of<Number>(bytes);
 }
 
+/// Which of `count` are meant, a bit each, lowest first.
+std::vector<std::uint8_t> bits_of(const std::vector<std::size_t>& meant, std::size_t count) {
+    std::vector<std::uint8_t> bytes((count + 7) / 8, 0);
+    for (const std::size_t i : meant) bytes[i / 8] |= static_cast<std::uint8_t>(1U << i % 8);
+    return bytes;
+}
+
+/// Ascending.
+std::vector<std::size_t> bits_from(const json& value, const std::string& where, const Context& context,
+                                   std::size_t count) {
+    const auto bytes = table_from<std::uint8_t>(value, where, context, (count + 7) / 8);
+    std::vector<std::size_t> meant;
+    for (std::size_t i = 0; i < 8 * bytes.size(); ++i)
+        if ((static_cast<unsigned>(bytes[i / 8]) >> i % 8 & 1U) != 0) meant.push_back(i);
+    if (!meant.empty() && meant.back() >= count) fail(context, where + " means more than there are");
+    return meant;
+}
+
 ordered_json directions_value(const std::vector<BtfDirection>& directions) {
     ordered_json list = ordered_json::array();
     for (const BtfDirection& d : directions) list.push_back({d.theta, d.phi});
@@ -94,17 +113,29 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["white"] = model.white;
     value["views"] = directions_value(model.views);
     value["lights"] = directions_value(model.lights);
-    std::vector<std::uint16_t> pairs;
-    for (const BtfPair& pair : model.pairs) {
-        pairs.push_back(static_cast<std::uint16_t>(pair.view));
-        pairs.push_back(static_cast<std::uint16_t>(pair.light));
+    const std::size_t lights = model.lights.size();
+    std::vector<std::size_t> pairs;
+    for (const BtfPair& pair : model.pairs)
+        pairs.push_back(static_cast<std::size_t>(pair.view) * lights + static_cast<std::size_t>(pair.light));
+    value["pairs"] = table_value(bits_of(pairs, model.views.size() * lights), binary);
+    std::vector<std::size_t> moved;
+    std::vector<BtfDirection> moved_to;
+    for (std::size_t i = 0; i < model.true_lights.size(); ++i)
+        if (!(model.true_lights[i] == model.lights[static_cast<std::size_t>(model.pairs[i].light)])) {
+            moved.push_back(i);
+            moved_to.push_back(model.true_lights[i]);
+        }
+    if (!moved.empty()) {
+        value["moved"] = table_value(bits_of(moved, model.pairs.size()), binary);
+        value["true_lights"] = directions_value(moved_to);
     }
-    value["pairs"] = table_value(pairs, binary);
-    if (!model.true_lights.empty()) value["true_lights"] = directions_value(model.true_lights);
     const BtfTables& tables = model.tables;
     std::vector<std::uint16_t> means;
     for (const float mean : tables.mean) means.push_back(half_of_float(mean));
     value["mean"] = table_value(means, binary);
+    value["kept"] = table_value(
+        bits_of(std::vector<std::size_t>(tables.kept.begin(), tables.kept.end()), model.pairs.size()),
+        binary);
     value["offset_unit"] = tables.offset_unit;
     value["offsets"] = table_value(tables.offsets, binary);
     value["weight_units"] = tables.weight_units;
@@ -112,6 +143,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["relief"] = model.relief;
     value["scale_factor"] = model.scale_factor;
     value["unexplained"] = model.unexplained;
+    value["table_error"] = model.table_error;
     value["pictures"] = model.pictures;
     value["picture_bytes"] = model.picture_bytes;
     value["file_bytes"] = model.file_bytes;
@@ -119,22 +151,31 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     return value;
 }
 
+void read_pairs(Object& object, BtfModel& model, const Context& context) {
+    const std::size_t lights = model.lights.size(), grid = model.views.size() * lights;
+    if (grid < 1 || grid > most_possible_pairs) fail(context, "views and lights have no pairs, or too many");
+    for (const std::size_t at : bits_from(object.member("pairs"), "pairs", context, grid))
+        model.pairs.push_back({static_cast<int>(at / lights), static_cast<int>(at % lights)});
+    if (!object.has("moved")) return;
+    for (const BtfPair& pair : model.pairs)
+        model.true_lights.push_back(model.lights[static_cast<std::size_t>(pair.light)]);
+    const auto moved = bits_from(object.member("moved"), "moved", context, model.pairs.size());
+    const auto to = object.get_list("true_lights", direction_from);
+    if (to.size() != moved.size()) fail(context, "true_lights has not one for each that is moved");
+    for (std::size_t i = 0; i < moved.size(); ++i) model.true_lights[moved[i]] = to[i];
+}
+
 void read_tables(Object& object, BtfModel& model, const Context& context) {
-    const json& pairs = object.member("pairs");
-    const std::size_t bytes =
-        pairs.is_binary() ? pairs.get_binary().size() : text(pairs, "pairs", context).size() / 4 * 3;
-    // A text may end in up to two bytes less than its letters have room for.
-    std::size_t count = bytes / 4;
-    if (!pairs.is_binary()) count = from_base64(text(pairs, "pairs", context)).size() / 4;
-    if (count < 1 || count > most_pairs) fail(context, "pairs has none, or too many");
-    const auto indices = table_from<std::uint16_t>(pairs, "pairs", context, 2 * count);
-    for (std::size_t i = 0; i < count; ++i) model.pairs.push_back({indices[2 * i], indices[2 * i + 1]});
-    const std::size_t rows = count * static_cast<std::size_t>(model.colours);
+    const auto colours = static_cast<std::size_t>(model.colours);
     BtfTables& tables = model.tables;
-    for (const std::uint16_t mean : table_from<std::uint16_t>(object.member("mean"), "mean", context, rows)) {
+    for (const std::uint16_t mean :
+         table_from<std::uint16_t>(object.member("mean"), "mean", context, model.pairs.size() * colours)) {
         if (mean > 0x7bffU) fail(context, "mean holds a number that is negative or not finite");
         tables.mean.push_back(float_of_half(mean));
     }
+    for (const std::size_t pair : bits_from(object.member("kept"), "kept", context, model.pairs.size()))
+        tables.kept.push_back(static_cast<std::uint32_t>(pair));
+    const std::size_t rows = tables.kept.size() * colours;
     tables.offset_unit = object.get("offset_unit", real);
     tables.offsets = table_from<std::int16_t>(object.member("offsets"), "offsets", context, rows);
     tables.weight_units = object.get_list("weight_units", real);
@@ -156,11 +197,12 @@ BtfModel model_from_json(const json& value, Context context) {
     model.white = object.get("white", real);
     model.views = object.get_list("views", direction_from);
     model.lights = object.get_list("lights", direction_from);
+    read_pairs(object, model, context);
     read_tables(object, model, context);
-    if (object.has("true_lights")) model.true_lights = object.get_list("true_lights", direction_from);
     model.relief = object.get("relief", text);
     model.scale_factor = object.get("scale_factor", real);
     model.unexplained = object.get("unexplained", real);
+    model.table_error = object.get("table_error", real);
     model.pictures = object.get("pictures", natural);
     model.picture_bytes = object.get("picture_bytes", natural);
     model.file_bytes = object.get("file_bytes", natural);
@@ -206,15 +248,28 @@ void check(const BtfModel& model) {
     if (!model.true_lights.empty()) check_directions(model.true_lights, "true lights");
     if (!model.true_lights.empty() && model.true_lights.size() != model.pairs.size())
         refuse("it has true lights, but not one for each pair");
-    if (model.pairs.empty() || model.pairs.size() > most_pairs) refuse("it has no pair, or too many");
+    if (model.pairs.empty() || model.pairs.size() > most_pairs ||
+        model.views.size() * model.lights.size() > most_possible_pairs)
+        refuse("it has no pair, or too many");
+    const auto before = [](const BtfPair& a, const BtfPair& b) {
+        return std::pair(a.view, a.light) < std::pair(b.view, b.light);
+    };
+    if (std::ranges::adjacent_find(model.pairs, [&](const BtfPair& a, const BtfPair& b) {
+            return !before(a, b);
+        }) != model.pairs.end())
+        refuse("its pairs do not ascend");
     for (const BtfPair& pair : model.pairs)
         if (pair.view < 0 || pair.light < 0 || pair.view >= static_cast<int>(model.views.size()) ||
             pair.light >= static_cast<int>(model.lights.size()))
             refuse("a pair has a view or a light that it does not list");
-    const std::size_t rows = model.pairs.size() * static_cast<std::size_t>(model.colours);
     const BtfTables& tables = model.tables;
-    if (model.planes() < 1 || tables.mean.size() != rows || tables.offsets.size() != rows ||
-        tables.weights.size() != rows * tables.weight_units.size())
+    if (tables.kept.empty() || tables.kept.back() >= model.pairs.size() ||
+        std::ranges::adjacent_find(tables.kept, std::greater_equal<>()) != tables.kept.end())
+        refuse("its tables keep no pairs, or not of its own in ascending order");
+    const auto colours = static_cast<std::size_t>(model.colours);
+    const std::size_t rows = tables.kept.size() * colours;
+    if (model.planes() < 1 || tables.mean.size() != model.pairs.size() * colours ||
+        tables.offsets.size() != rows || tables.weights.size() != rows * tables.weight_units.size())
         refuse("its tables have not a row for each colour of each pair");
     for (const float mean : tables.mean)
         if (!(mean >= 0.0F) || !std::isfinite(mean)) refuse("a mean is not a number from 0 on");

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "host/base/parallel.hpp"
-#include "host/btf/direction_interpolation.hpp"
+#include "host/btf/direction_table.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -70,11 +70,11 @@ BtfErrors summary(const std::vector<Differences>& all) {
 }
 
 /// Those next to a pair, mixed.
-Image mixed(const BtfSet& set, const BtfModel& model, const std::vector<TableWeight>& near) {
+Image mixed(const BtfSet& set, const BtfModel& model, const std::vector<PairWeight>& near) {
     Image result(set.size(), set.planes());
     double total = 0.0;
-    for (const TableWeight& of : near) total += std::pow(of.weight + 1e-9, -4.0);
-    for (const TableWeight& of : near) {
+    for (const PairWeight& of : near) total += std::pow(of.weight + 1e-9, -4.0);
+    for (const PairWeight& of : near) {
         const BtfPair& pair = model.pairs[of.pair];
         const Image picture = set.picture(pair.view, pair.light);
         const auto share = static_cast<float>(std::pow(of.weight + 1e-9, -4.0) / total);
@@ -97,7 +97,7 @@ BtfScore score(Device& device, const BtfSet& set, const BtfFit& fit, const std::
         const BtfDirection view = set.views()[static_cast<std::size_t>(pair.view)],
                            light = set.light(pair.view, pair.light);
         model[i] = differences(truth, shown.picture(view, light));
-        std::vector<TableWeight> near = table.nearest(view, light, 4);
+        std::vector<PairWeight> near = table.measured().nearest({view, light}, 4);
         neighbours[i] = differences(truth, mixed(set, fit.model, near));
         near.resize(1);
         nearest[i] = differences(truth, mixed(set, fit.model, near));

@@ -13,7 +13,7 @@
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
 #include "host/btf/direction_grid.hpp"
-#include "host/btf/direction_interpolation.hpp"
+#include "host/btf/direction_table.hpp"
 #include "host/btf/surface_view.hpp"
 
 namespace btfield {

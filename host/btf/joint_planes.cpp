@@ -74,14 +74,16 @@ class JointSolver {
     std::vector<RowMajorMatrix> weights_;  ///< C, [column of A][plane]
 };
 
-/// The leading planes of the view from straight above, or as near to that as there is.
+/// The leading planes of the view nearest to above that has as many as are asked for, else of the richest.
 RowMajorMatrix JointSolver::start() const {
-    const auto steeper = [](const JointView& a, const JointView& b) {
-        return a.direction[2] < b.direction[2];
+    const auto asked = static_cast<std::size_t>(options_.planes);
+    const auto worse = [&](const JointView& a, const JointView& b) {
+        const std::size_t of_a = std::min(a.reduced.rank(), asked), of_b = std::min(b.reduced.rank(), asked);
+        return of_a != of_b ? of_a < of_b : a.direction[2] < b.direction[2];
     };
-    const JointView& top = *std::ranges::max_element(*views_, steeper);
-    RowMajorMatrix all(pixels_, static_cast<Index>(top.reduced.rank()));
-    top.reduced.take(0, all);
+    const JointView& first = *std::ranges::max_element(*views_, worse);
+    RowMajorMatrix all(pixels_, static_cast<Index>(first.reduced.rank()));
+    first.reduced.take(0, all);
     return all.leftCols(std::min<Index>(options_.planes, all.cols()));
 }
 
@@ -251,6 +253,11 @@ JointPlanes JointSolver::result(RowMajorMatrix planes, double unexplained) const
         std::vector<double> offsets = reduced.offset;
         for (std::size_t row = 0; row < offsets.size(); ++row) offsets[row] += shift[static_cast<Index>(row)];
         result.offsets.push_back(std::move(offsets));
+        const VectorXd seen = forward.transpose() * (moments_[v].f_mean - mean.transpose());
+        const MatrixXd moments = forward.transpose() * moments_[v].ff * forward /
+                                 std::max<double>(1.0, static_cast<double>(gathers_[v].count()));
+        result.seen_mean.push_back(seen);
+        result.seen_moments.emplace_back(moments + seen * seen.transpose());
     }
     result.planes = planes * forward;
     return result;

@@ -19,11 +19,15 @@ struct JointView {
 };
 
 struct JointPlanes {
-    /// T, [pixel][plane]: mean 0, variance 1, uncorrelated, those that explain most first.
+    /// T, [pixel][plane]: mean 0, variance 1, uncorrelated, those that explain most first. As many as asked for,
+    /// or as the view with most of them has.
     RowMajorMatrix planes;
     /// Of each view, for each of its rows: U, [row][plane], and the constant beside U S T.
     std::vector<RowMajorMatrix> weights;
     std::vector<std::vector<double>> offsets;
+    /// Of each view: mean and second moments of S T.
+    std::vector<Eigen::VectorXd> seen_mean;
+    std::vector<Eigen::MatrixXd> seen_moments;
     double unexplained = 0.0;  ///< share of the variance of z
 };
 

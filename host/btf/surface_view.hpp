@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "btfield/image.hpp"
-#include "host/btf/direction_interpolation.hpp"
+#include "host/btf/direction_table.hpp"
 #include "host/btf/view_rays.hpp"
 
 namespace btfield::detail {

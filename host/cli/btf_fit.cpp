@@ -81,6 +81,8 @@ Json fit_json(const BtfFitArguments& options, const BtfFit& fit, std::uintmax_t 
     object["unexplained"] = number(fit.model.unexplained);
     object["clusters"] = nullptr;
     object["pictures"] = fit.model.pairs.size();
+    object["kept_pictures"] = fit.model.tables.kept.size();
+    object["table_error"] = number(fit.model.table_error);
     Json relief;
     relief["from"] = fit.model.relief;
     relief["range"] = number(relief_range(fit.surface));
@@ -123,6 +125,10 @@ std::string fit_text(const BtfFitArguments& options, const BtfFit& fit, std::uin
     text += relief_text(fit);
     text += "The planes leave " + percent(model.unexplained) +
             " of the variance of the pictures unexplained; more --planes leave less.\n";
+    if (model.tables.kept.size() < model.pairs.size())
+        text += "Weights of " + std::to_string(model.tables.kept.size()) +
+                " pictures are kept, those of the others interpolated: off by " + percent(model.table_error) +
+                " of the variance.\n";
     if (fit.score) {
         const BtfScore& score = *fit.score;
         text += std::to_string(score.pairs.size()) +
@@ -137,11 +143,9 @@ std::string fit_text(const BtfFitArguments& options, const BtfFit& fit, std::uin
 }
 
 double share_of(std::string_view stage, double share) {
-    constexpr std::pair<std::string_view, std::pair<double, double>> stages[] = {{"relief", {0.0, 0.05}},
-                                                                                 {"pictures", {0.05, 0.5}},
-                                                                                 {"scale", {0.55, 0.1}},
-                                                                                 {"planes", {0.65, 0.3}},
-                                                                                 {"field", {0.95, 0.05}}};
+    constexpr std::pair<std::string_view, std::pair<double, double>> stages[] = {
+        {"relief", {0.0, 0.05}},  {"pictures", {0.05, 0.5}}, {"scale", {0.55, 0.1}},
+        {"planes", {0.65, 0.25}}, {"tables", {0.9, 0.05}},   {"field", {0.95, 0.05}}};
     for (const auto& [name, part] : stages)
         if (name == stage) return part.first + part.second * share;
     return 1.0;
@@ -201,6 +205,12 @@ void add_btf_fit(CLI::App& parent, Action& action) {
     add_int(*command, "--planes", fit.planes, 1, 60, "planes of the surface (default: 16)");
     add_int(*command, "--leave-out", fit.leave_out, 0, 1 << 20,
             "do not show a picture in n to the fit, and tell how well those are made up");
+    command
+        ->add_option(
+            "--table-error", fit.table_error,
+            "keep weights of so few pictures that interpolating those of the others adds at most this "
+            "share of what planes leave unexplained; 0 keeps all (default: 0.2)")
+        ->type_name("SHARE");
     const std::string relief = "Relief";
     command->add_option("--height", options->height, "height map of the surface, of the pictures' size")
         ->type_name("IMAGE")

@@ -49,6 +49,8 @@ Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
     object["pictures"] = model.pairs.size();
     object["colour"] = std::string(name(model.space));
     object["white"] = number(model.white);
+    object["kept_pictures"] = model.tables.kept.size();
+    object["table_error"] = number(model.table_error);
     object["surface_planes"] = model.planes();
     object["model"] = std::string(name(model.surface.kind));
     object["valid"] = is_valid(model.surface);
@@ -72,9 +74,11 @@ std::string btf_model_text(const BtfModel& model, std::uintmax_t bytes) {
     text += "pictures  " + std::to_string(model.pairs.size()) + ": " +
             detail::counted(model.views.size(), "view") + " x " +
             detail::counted(model.lights.size(), "light") + ", of " + detail::text_of(model.size) +
-            " pixels, " + detail::counted(model.colours, "plane") + "\n";
+            " pixels, " + detail::counted(model.colours, "plane") + "; weights of " +
+            std::to_string(model.tables.kept.size()) + " are kept\n";
     text += "relief    " + model.relief + ", times " + number_text(model.scale_factor) + "\n";
-    text += "left      " + number_text(100.0 * model.unexplained) + " % of the variance\n";
+    text += "left      " + number_text(100.0 * model.unexplained) + " % of the variance, tables add " +
+            number_text(100.0 * model.table_error) + " %\n";
     const ModelParts parts = parts_of(model, bytes);
     text += "bytes     " + std::to_string(bytes) + ": means " + std::to_string(parts.mean) + ", offsets " +
             std::to_string(parts.offsets) + ", weights " + std::to_string(parts.weights) + ", field " +

@@ -23,15 +23,17 @@
 
 namespace btfield {
 
-/// What is known of each measured picture. Relative pictures are z = √(I / μ) ≈ m + Σ_k U_k T_k where the
-/// view shows the surface.
+/// What is known of measured pictures. Relative pictures are z = √(I / μ) ≈ m + Σ_k U_k T_k where the view
+/// shows the surface. m and U are kept of some pairs, and interpolated of the others (theory 21.3).
 struct BtfTables {
-    /// μ, [pair][colour]: mean of the picture, rounded to half precision. 0: a black one.
+    /// μ, [pair][colour], rounded to half precision: with the m and U that the tables tell, the mean of μ z² is
+    /// that of the picture. 0: a black one.
     std::vector<float> mean;
-    /// m, [pair][colour], in units of `offset_unit`.
+    std::vector<std::uint32_t> kept;  ///< indices of pairs, ascending
+    /// m, [kept][colour], in units of `offset_unit`.
     std::vector<std::int16_t> offsets;
     double offset_unit = 0.0;
-    /// U, [pair][colour][plane], in units of each plane's `weight_units`.
+    /// U, [kept][colour][plane], in units of each plane's `weight_units`.
     std::vector<std::int8_t> weights;
     std::vector<double> weight_units;
 };
@@ -44,13 +46,14 @@ struct BtfModel {
     std::vector<std::string> names;  ///< of the colours: empty, or one for each
     double white = 1.0;              ///< value of a white diffuse surface
     std::vector<BtfDirection> views, lights;
-    std::vector<BtfPair> pairs;  ///< of views and lights, those that the tables have
+    std::vector<BtfPair> pairs;  ///< of views and lights, those with a mean; ascending
     /// Where light came from in each pair; empty: from the direction of its index.
     std::vector<BtfDirection> true_lights;
     BtfTables tables;
     /// Of the relief, in pixels, and of the planes T.
     TextureModel surface;
     double unexplained = 0.0;   ///< share of the variance of z that planes of this number leave
+    double table_error = 0.0;   ///< share of it by which interpolated m and U are off, mean over pairs
     double scale_factor = 1.0;  ///< that the relief was multiplied with
     std::string relief;         ///< where it is from: "given", "set", "stereo" or "level"
     std::uint64_t pictures = 0, picture_bytes = 0;  ///< of the set: number, and bytes at 8 bits a value
@@ -63,7 +66,8 @@ struct BtfModel {
 BTFIELD_API void check(const BtfModel& model);
 
 struct BtfFitOptions {
-    int planes = 16;  ///< T_1 … T_m
+    /// T_1 … T_m; fewer where no view has pictures for more.
+    int planes = 16;
     /// One plane in pixels; empty: that of the set, or of photometric stereo of the view from above.
     Image height;
     /// Factor on the relief; without one it is found, unless the relief is given or the set's.
@@ -74,9 +78,12 @@ struct BtfFitOptions {
     /// A pair in n is not shown to the fit: those whose indices of view and light add up to a multiple of n,
     /// less 1. 0: all are.
     int leave_out = 0;
+    /// m and U are kept of so few pairs that interpolation is off by at most this share of `unexplained`. 0: of
+    /// all.
+    double table_error = 0.2;
     /// Of the surface's field.
     FitOptions field;
-    /// Called with the stage ("pictures", "relief", "scale", "planes", "field") and the share of it that is
+    /// Called with the stage ("pictures", "relief", "scale", "planes", "tables", "field") and the share of it that is
     /// done, in the caller's thread; what it throws ends the fit.
     std::function<void(std::string_view stage, double share)> progress;
 
@@ -108,8 +115,9 @@ struct BtfFit {
     std::vector<std::string> remarks;
 };
 
-/// Reads every picture once, view by view, and those left out once more.
-/// \throws InputError when options cannot be met, the relief has another size, a view lacks pictures so that
+/// Reads every picture once, view by view, and those left out once more. Holds each view as 2 m + 16 planes of
+/// 16 bits.
+/// \throws InputError when these are more than the device's memory limit, when options cannot be met, the relief has another size, a view lacks pictures so that
 ///     nothing can be learned, or what BtfSet::picture() refuses
 [[nodiscard]] BTFIELD_API BtfFit fit_btf(Device& device, const BtfSet& set,
                                          const BtfFitOptions& options = BtfFitOptions());

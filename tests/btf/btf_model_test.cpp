@@ -11,12 +11,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 
 #include "btfield/error.hpp"
 #include "btfield/height.hpp"
 #include "btfield/made_btf.hpp"
 #include "host/btf/btf_tables.hpp"
-#include "host/btf/direction_interpolation.hpp"
+#include "host/btf/direction_table.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -112,7 +113,9 @@ class BtfModelled : public testing::Test {
 };
 
 TEST_F(BtfModelled, PicturesOfTheSurfaceAreThoseOfTheSet) {
-    const BtfFit fit = fit_btf(device_, *set_, options());
+    BtfFitOptions how = options();
+    how.table_error = 0.0;
+    const BtfFit fit = fit_btf(device_, *set_, how);
     EXPECT_LE(fit.model.unexplained, 0.03);
     EXPECT_EQ(fit.model.relief, "set");
     EXPECT_EQ(fit.model.scale_factor, 1.0);
@@ -163,6 +166,56 @@ TEST_F(BtfModelled, MissingPicturesAreMadeUpToo) {
     const BtfSynthesiser shown(device_, fit.model, fit.surface);
     const Image truth = set_->picture(11, 3), found = shown.picture(set_->views()[11], set_->lights()[3]);
     EXPECT_NEAR(mean_of(found.plane(1)), mean_of(truth.plane(1)), 0.05 * mean_of(truth.plane(1)));
+}
+
+TEST_F(BtfModelled, PlanesDoNotDependOnHowManyPicturesTheTopViewHas) {
+    // Two pictures from above have six rows, for twelve planes.
+    const auto veiled = std::make_shared<Veiled>(*set_, true);
+    veiled->described().present.assign(17 * 17, 1);
+    for (int l = 2; l < 17; ++l) veiled->described().present[static_cast<std::size_t>(l)] = 0;
+    const BtfFit fit = fit_btf(device_, BtfSet(veiled), options());
+    EXPECT_EQ(fit.model.planes(), 12);
+    EXPECT_LE(fit.model.unexplained, 0.03);
+    EXPECT_TRUE(fit.remarks.empty());
+    // Nor can any view tell of more than it has rows.
+    for (int v = 1; v < 17; ++v)
+        for (int l = 2; l < 17; ++l) veiled->described().present[static_cast<std::size_t>(17 * v + l)] = 0;
+    const BtfFit few = fit_btf(device_, BtfSet(veiled), options());
+    EXPECT_LE(few.model.planes(), 6);
+    ASSERT_EQ(few.remarks.size(), 1U);
+    EXPECT_NE(few.remarks.front().find("of the 12"), std::string::npos) << few.remarks.front();
+}
+
+TEST_F(BtfModelled, WeightsOfFewPairsTellThoseOfTheOthers) {
+    BtfFitOptions how = options();
+    how.table_error = 0.0;
+    const BtfFit all = fit_btf(device_, *set_, how);
+    EXPECT_EQ(all.model.tables.kept.size(), all.model.pairs.size());
+    EXPECT_EQ(all.model.table_error, 0.0);
+    how.table_error = 2.0;
+    const BtfFit some = fit_btf(device_, *set_, how);
+    EXPECT_EQ(some.model.tables.mean, all.model.tables.mean);
+    EXPECT_LT(some.model.tables.kept.size(), all.model.pairs.size());
+    EXPECT_GT(some.model.table_error, 0.0);
+    EXPECT_LE(some.model.table_error, 2.0 * some.model.unexplained);
+    // Those kept say what they said; the error is that of the weights that pictures are made with.
+    const detail::DirectionTable of_all(all.model), of_some(some.model);
+    double error = 0.0;
+    for (std::size_t pair = 0; pair < all.model.pairs.size(); ++pair) {
+        const BtfDirection view = all.model.views[static_cast<std::size_t>(all.model.pairs[pair].view)],
+                           light = detail::light_of(all.model, pair);
+        const detail::PictureWeights a = of_all.weights(view, light), b = of_some.weights(view, light);
+        double off = 0.0, variance = 0.0;
+        for (std::size_t c = 0; c < 3; ++c)
+            off += (a.offsets[c] - b.offsets[c]) * (a.offsets[c] - b.offsets[c]);
+        for (std::size_t i = 0; i < a.weights.size(); ++i) {
+            off += (a.weights[i] - b.weights[i]) * (a.weights[i] - b.weights[i]);
+            variance += a.weights[i] * a.weights[i];
+        }
+        error += off / variance;
+    }
+    error /= static_cast<double>(all.model.pairs.size());
+    EXPECT_NEAR(error, some.model.table_error, 0.1 * some.model.table_error + 2e-4);  // and of 8 bits
 }
 
 TEST_F(BtfModelled, TheReliefsScaleIsFound) {
@@ -241,6 +294,8 @@ TEST_F(BtfModelled, FilesComeBackAsTheyWere) {
         EXPECT_EQ(back.lights, model.lights);
         EXPECT_EQ(back.pairs, model.pairs);
         EXPECT_EQ(back.tables.mean, model.tables.mean);
+        EXPECT_EQ(back.tables.kept, model.tables.kept);
+        EXPECT_EQ(back.table_error, model.table_error);
         EXPECT_EQ(back.tables.offsets, model.tables.offsets);
         EXPECT_EQ(back.tables.weights, model.tables.weights);
         EXPECT_EQ(back.tables.weight_units, model.tables.weight_units);
@@ -268,6 +323,9 @@ TEST_F(BtfModelled, DamagedFilesAreRefused) {
     refused("/mean", "//8=");
     refused("/pairs", "AAAA");
     refused("/pairs", "/////w==");
+    refused("/kept", "AAAA");
+    refused("/kept", nullptr);
+    refused("/moved", good["kept"]);
     refused("/offset_unit", 0);
     refused("/weight_units/0", -1);
     refused("/views/1", nlohmann::json::array({1.57, 0.0}));
@@ -296,6 +354,11 @@ TEST_F(BtfModelled, WhatCannotBeMetIsRefused) {
         o.height = Image(side, 1);
         o.height.at(0, 3, 3) = std::numeric_limits<float>::quiet_NaN();
     });
+    refused([](BtfFitOptions& o) { o.table_error = -0.1; });
+    DeviceOptions little;
+    little.memory_bytes = 1 << 20;
+    Device small({}, little);
+    EXPECT_THROW(static_cast<void>(fit_btf(small, *set_, options())), InputError);
     const BtfFit fit = fit_btf(device_, *set_, options());
     const BtfSynthesiser shown(device_, fit.model, fit.surface);
     EXPECT_THROW(static_cast<void>(shown.picture({1.56, 0.0}, {})), InputError);
@@ -328,6 +391,8 @@ BtfModel table_model() {
                                    0.1 * std::tan(light.theta) * std::sin(light.phi)))));
             model.tables.weights.push_back(1);
         }
+    model.tables.kept.resize(model.pairs.size());
+    std::iota(model.tables.kept.begin(), model.tables.kept.end(), 0U);
     return model;
 }
 
@@ -336,7 +401,7 @@ TEST(DirectionTable, MeasuredDirectionsAreThemselvesAndOthersInBetween) {
     const detail::DirectionTable table(model);
     for (std::size_t pair = 0; pair < model.pairs.size(); pair += 97) {
         const auto view = model.views[static_cast<std::size_t>(model.pairs[pair].view)];
-        const auto at = table.interpolate(view, table.light_of(pair));
+        const auto at = table.measured().interpolate({view, light_of(model, pair)});
         // From above, phi means nothing.
         ASSERT_EQ(at.size(), 1U);
         EXPECT_EQ(at.front().weight, 1.0);
@@ -344,7 +409,7 @@ TEST(DirectionTable, MeasuredDirectionsAreThemselvesAndOthersInBetween) {
     for (const auto& [view, light] : {std::pair(BtfDirection{0.3, 1.0}, BtfDirection{0.7, 5.0}),
                                       std::pair(BtfDirection{1.2, 3.0}, BtfDirection{1.0, 3.1}),
                                       std::pair(BtfDirection{0.9, 6.2}, BtfDirection{0.1, 0.4})}) {
-        const auto weights = table.interpolate(view, light);
+        const auto weights = table.measured().interpolate({view, light});
         double sum = 0.0;
         for (const auto& each : weights) sum += each.weight;
         EXPECT_NEAR(sum, 1.0, 1e-6);
@@ -370,6 +435,7 @@ TEST(DirectionTable, FewDirectionsWillDo) {
     std::erase_if(model.pairs, [](const BtfPair& pair) { return pair.view != 0; });
     const std::size_t kept = model.pairs.size();
     model.tables.mean.resize(kept);
+    model.tables.kept.resize(kept);
     model.tables.offsets.resize(kept);
     model.tables.weights.resize(kept);
     const detail::DirectionTable table(model);
@@ -378,6 +444,7 @@ TEST(DirectionTable, FewDirectionsWillDo) {
     EXPECT_NEAR(found.weights[0], 0.01, 1e-9);
     model.pairs.resize(1);
     model.tables.mean.resize(1);
+    model.tables.kept.resize(1);
     model.tables.offsets.resize(1);
     model.tables.weights.resize(1);
     EXPECT_NEAR(detail::DirectionTable(model).weights({0.8, 1.0}, {0.0, 2.0}).mean[0], 0.5, 1e-3);
