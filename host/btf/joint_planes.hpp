@@ -19,8 +19,8 @@ struct JointView {
 };
 
 struct JointPlanes {
-    /// T, [pixel][plane]: mean 0, variance 1, uncorrelated, those that explain most first. As many as asked for,
-    /// or as the view with most of them has.
+    /// T, [pixel][plane]: mean 0, variance 1, uncorrelated, those that explain most first. As many as asked
+    /// for, or as the view with most of them has.
     RowMajorMatrix planes;
     /// Of each view, for each of its rows: U, [row][plane], and the constant beside U S T.
     std::vector<RowMajorMatrix> weights;

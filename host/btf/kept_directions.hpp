@@ -18,8 +18,8 @@ struct KeptDirections {
     double error = 0.0;
 };
 
-/// Few pairs for which that is at most `bound`, more where weights vary more: spread over all directions, then
-/// those added that are furthest from what the others say.
+/// Few pairs for which that is at most `bound`, more where weights vary more: spread over all directions,
+/// then those added that are furthest from what the others say.
 /// \param weights   [pair][values]: what is interpolated
 /// \param variance  of each pair's picture, in the unit of squared weights
 /// \param bound     0 keeps all

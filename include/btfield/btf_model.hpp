@@ -23,11 +23,11 @@
 
 namespace btfield {
 
-/// What is known of measured pictures. Relative pictures are z = √(I / μ) ≈ m + Σ_k U_k T_k where the view
+/// What is known of measured pictures. Relative ones are z = √(I / μ) ≈ m + Σ_k U_k T_k where the view
 /// shows the surface. m and U are kept of some pairs, and interpolated of the others (theory 21.3).
 struct BtfTables {
-    /// μ, [pair][colour], rounded to half precision: with the m and U that the tables tell, the mean of μ z² is
-    /// that of the picture. 0: a black one.
+    /// μ, [pair][colour], rounded to half precision: with m and U as the tables tell them, the mean of μ z²
+    /// is that of the picture. 0: a black one.
     std::vector<float> mean;
     std::vector<std::uint32_t> kept;  ///< indices of pairs, ascending
     /// m, [kept][colour], in units of `offset_unit`.
@@ -78,13 +78,13 @@ struct BtfFitOptions {
     /// A pair in n is not shown to the fit: those whose indices of view and light add up to a multiple of n,
     /// less 1. 0: all are.
     int leave_out = 0;
-    /// m and U are kept of so few pairs that interpolation is off by at most this share of `unexplained`. 0: of
-    /// all.
+    /// m and U are kept of so few pairs that interpolation is off by at most this share of `unexplained`.
+    /// 0: of all.
     double table_error = 0.2;
     /// Of the surface's field.
     FitOptions field;
-    /// Called with the stage ("pictures", "relief", "scale", "planes", "tables", "field") and the share of it that is
-    /// done, in the caller's thread; what it throws ends the fit.
+    /// Called with the stage ("pictures", "relief", "scale", "planes", "tables", "field") and the share of it
+    /// that is done, in the caller's thread; what it throws ends the fit.
     std::function<void(std::string_view stage, double share)> progress;
 
     /// 3d-car of order 3.
@@ -115,10 +115,11 @@ struct BtfFit {
     std::vector<std::string> remarks;
 };
 
-/// Reads every picture once, view by view, and those left out once more. Holds each view as 2 m + 16 planes of
-/// 16 bits.
-/// \throws InputError when these are more than the device's memory limit, when options cannot be met, the relief has another size, a view lacks pictures so that
-///     nothing can be learned, or what BtfSet::picture() refuses
+/// Reads every picture once, view by view, and those left out once more. Holds each view as 2 m + 16 planes
+/// of 16 bits.
+/// \throws InputError when these are more than the device's memory limit, when options cannot be met, the
+///     relief has another size, a view lacks pictures so that nothing can be learned, or what
+///     BtfSet::picture() refuses
 [[nodiscard]] BTFIELD_API BtfFit fit_btf(Device& device, const BtfSet& set,
                                          const BtfFitOptions& options = BtfFitOptions());
 
