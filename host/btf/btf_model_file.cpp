@@ -133,11 +133,10 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     std::vector<std::uint16_t> means;
     for (const float mean : tables.mean) means.push_back(half_of_float(mean));
     value["mean"] = table_value(means, binary);
+    value["contrast"] = table_value(tables.contrast, binary);
     value["kept"] = table_value(
         bits_of(std::vector<std::size_t>(tables.kept.begin(), tables.kept.end()), model.pairs.size()),
         binary);
-    value["offset_unit"] = tables.offset_unit;
-    value["offsets"] = table_value(tables.offsets, binary);
     value["weight_units"] = tables.weight_units;
     value["weights"] = table_value(tables.weights, binary);
     value["relief"] = model.relief;
@@ -173,11 +172,11 @@ void read_tables(Object& object, BtfModel& model, const Context& context) {
         if (mean > 0x7bffU) fail(context, "mean holds a number that is negative or not finite");
         tables.mean.push_back(float_of_half(mean));
     }
+    tables.contrast =
+        table_from<std::int8_t>(object.member("contrast"), "contrast", context, model.pairs.size() * colours);
     for (const std::size_t pair : bits_from(object.member("kept"), "kept", context, model.pairs.size()))
         tables.kept.push_back(static_cast<std::uint32_t>(pair));
     const std::size_t rows = tables.kept.size() * colours;
-    tables.offset_unit = object.get("offset_unit", real);
-    tables.offsets = table_from<std::int16_t>(object.member("offsets"), "offsets", context, rows);
     tables.weight_units = object.get_list("weight_units", real);
     if (tables.weight_units.empty() || tables.weight_units.size() > static_cast<std::size_t>(most_planes))
         fail(context, "weight_units has none, or too many");
@@ -267,14 +266,13 @@ void check(const BtfModel& model) {
         std::ranges::adjacent_find(tables.kept, std::greater_equal<>()) != tables.kept.end())
         refuse("its tables keep no pairs, or not of its own in ascending order");
     const auto colours = static_cast<std::size_t>(model.colours);
-    const std::size_t rows = tables.kept.size() * colours;
     if (model.planes() < 1 || tables.mean.size() != model.pairs.size() * colours ||
-        tables.offsets.size() != rows || tables.weights.size() != rows * tables.weight_units.size())
+        tables.contrast.size() != tables.mean.size() ||
+        tables.weights.size() != tables.kept.size() * colours * tables.weight_units.size())
         refuse("its tables have not a row for each colour of each pair");
     for (const float mean : tables.mean)
         if (!(mean >= 0.0F) || !std::isfinite(mean)) refuse("a mean is not a number from 0 on");
     const auto sound = [](double unit) { return std::isfinite(unit) && unit > 0.0; };
-    if (!sound(tables.offset_unit)) refuse("the unit of its offsets is not above 0");
     for (const double unit : tables.weight_units)
         if (!sound(unit)) refuse("a unit of its weights is not above 0");
     if (!sound(model.white)) refuse("its white is not above 0");

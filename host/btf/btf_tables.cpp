@@ -25,15 +25,19 @@ bool height_varies(const Image& height) {
 
 namespace {
 
-/// Pairs and true lights of the model, and means of their pictures; m and U, [pair][colour: m, then U].
-RowMajorMatrix rows_of_pairs(BtfModel& model, const BtfSet& set, const std::vector<std::vector<int>>& lights,
-                             const std::vector<JointView>& views, const JointPlanes& planes,
-                             std::vector<double>& means) {
-    const Index m = planes.planes.cols(), colours = model.colours, values = 1 + m;
+struct PairRows {
+    RowMajorMatrix weights;        ///< U, [pair][colour][plane]
+    std::vector<double> contrast;  ///< [pair][colour]: standard deviation of I / μ
+};
+
+/// Pairs of the model with true lights and means.
+PairRows rows_of_pairs(BtfModel& model, const BtfSet& set, const std::vector<std::vector<int>>& lights,
+                       const std::vector<JointView>& views, const JointPlanes& planes) {
+    const Index m = planes.planes.cols(), colours = model.colours;
     bool moved = false;
     std::size_t count = 0;
     for (const JointView& view : views) count += lights[static_cast<std::size_t>(view.index)].size();
-    RowMajorMatrix rows(static_cast<Index>(count), colours * values);
+    PairRows rows{RowMajorMatrix(static_cast<Index>(count), colours * m), {}};
     Index at = 0;
     for (std::size_t v = 0; v < views.size(); ++v) {
         const int view = views[v].index;
@@ -45,9 +49,9 @@ RowMajorMatrix rows_of_pairs(BtfModel& model, const BtfSet& set, const std::vect
             moved |= !(from == set.lights()[static_cast<std::size_t>(light)]);
             for (Index c = 0; c < colours; ++c, ++row) {
                 const auto of_view = static_cast<std::size_t>(row);
-                means.push_back(views[v].reduced.mean[of_view]);
-                rows(at, c * values) = planes.offsets[v][of_view];
-                rows.block(at, c * values + 1, 1, m) = planes.weights[v].row(row);
+                model.tables.mean.push_back(kept_mean(views[v].reduced.mean[of_view]));
+                rows.contrast.push_back(views[v].reduced.contrast[of_view]);
+                rows.weights.block(at, c * m, 1, m) = planes.weights[v].row(row);
             }
             ++at;
         }
@@ -57,33 +61,36 @@ RowMajorMatrix rows_of_pairs(BtfModel& model, const BtfSet& set, const std::vect
 }
 
 /// Σ U² of each pair: cov T = 1.
-std::vector<double> variances(const RowMajorMatrix& rows, Index colours) {
-    const Index values = rows.cols() / colours;
-    std::vector<double> result(static_cast<std::size_t>(rows.rows()), 0.0);
-    for (Index pair = 0; pair < rows.rows(); ++pair)
-        for (Index c = 0; c < colours; ++c)
-            result[static_cast<std::size_t>(pair)] +=
-                rows.block(pair, c * values + 1, 1, values - 1).squaredNorm();
-    return result;
+std::vector<double> variances(const RowMajorMatrix& weights) {
+    const Eigen::VectorXd sums = weights.rowwise().squaredNorm();
+    return {sums.begin(), sums.end()};
 }
 
-/// μ for which planes seen through the relief have the picture's mean, whatever they leave unexplained.
-void fill_means(BtfModel& model, const std::vector<JointView>& views, const JointPlanes& planes,
-                const std::vector<double>& means) {
-    model.tables.mean.assign(means.size(), 0.0F);
+void fill_weights(BtfTables& tables, const RowMajorMatrix& weights, Index colours) {
+    const Index m = weights.cols() / colours;
+    Eigen::RowVectorXd largest = Eigen::RowVectorXd::Constant(m, 1e-30);
+    for (const std::uint32_t pair : tables.kept)
+        for (Index c = 0; c < colours; ++c)
+            largest = largest.cwiseMax(weights.block(pair, c * m, 1, m).cwiseAbs());
+    for (Index k = 0; k < m; ++k) tables.weight_units.push_back(largest[k] / 127.0);
+    for (const std::uint32_t pair : tables.kept)
+        for (Index i = 0; i < weights.cols(); ++i)
+            tables.weights.push_back(static_cast<std::int8_t>(
+                std::lround(weights(pair, i) / tables.weight_units[static_cast<std::size_t>(i % m)])));
+}
+
+/// Beside U as the tables tell it.
+void fill_contrasts(BtfModel& model, const std::vector<double>& contrast) {
+    model.tables.contrast.assign(contrast.size(), 0);
     const DirectionTable table(model);
     const std::vector<DirectionPair> pairs = direction_pairs(model);
-    std::vector<std::size_t> place(model.views.size());
-    for (std::size_t v = 0; v < views.size(); ++v) place[static_cast<std::size_t>(views[v].index)] = v;
     const auto colours = static_cast<std::size_t>(model.colours);
     for_each_block(static_cast<int>(pairs.size()), [&](int block) {
         const auto pair = static_cast<std::size_t>(block);
-        const std::size_t v = place[static_cast<std::size_t>(model.pairs[pair].view)];
-        const std::vector<double> squares =
-            table.mean_squares(pairs[pair], planes.seen_mean[v], planes.seen_moments[v]);
+        const std::vector<double> squares = table.squared_lengths(pairs[pair]);
         for (std::size_t c = 0; c < colours; ++c) {
             const std::size_t row = pair * colours + c;
-            model.tables.mean[row] = kept_mean(squares[c] > 0.0 ? means[row] / squares[c] : 0.0);
+            model.tables.contrast[row] = kept_contrast(contrast[row], std::sqrt(squares[c]));
         }
     });
 }
@@ -93,29 +100,13 @@ void fill_means(BtfModel& model, const std::vector<JointView>& views, const Join
 void fill_tables(BtfModel& model, const BtfSet& set, const std::vector<std::vector<int>>& lights,
                  const std::vector<JointView>& views, const JointPlanes& planes, double bound,
                  const std::function<void(double)>& progress) {
-    std::vector<double> means;
-    const RowMajorMatrix rows = rows_of_pairs(model, set, lights, views, planes, means);
-    const Index colours = model.colours, values = rows.cols() / colours, m = values - 1;
+    const PairRows rows = rows_of_pairs(model, set, lights, views, planes);
     KeptDirections kept =
-        keep_directions(direction_pairs(model), rows, variances(rows, colours), bound, progress);
+        keep_directions(direction_pairs(model), rows.weights, variances(rows.weights), bound, progress);
     model.table_error = kept.error;
-    BtfTables& tables = model.tables;
-    tables.kept = std::move(kept.pairs);
-    Eigen::RowVectorXd largest = Eigen::RowVectorXd::Constant(values, 1e-30);
-    for (const std::uint32_t pair : tables.kept)
-        for (Index c = 0; c < colours; ++c)
-            largest = largest.cwiseMax(rows.block(pair, c * values, 1, values).cwiseAbs());
-    tables.offset_unit = largest[0] / 32767.0;
-    for (Index k = 0; k < m; ++k) tables.weight_units.push_back(largest[k + 1] / 127.0);
-    for (const std::uint32_t pair : tables.kept)
-        for (Index c = 0; c < colours; ++c) {
-            tables.offsets.push_back(
-                static_cast<std::int16_t>(std::lround(rows(pair, c * values) / tables.offset_unit)));
-            for (Index k = 0; k < m; ++k)
-                tables.weights.push_back(static_cast<std::int8_t>(std::lround(
-                    rows(pair, c * values + 1 + k) / tables.weight_units[static_cast<std::size_t>(k)])));
-        }
-    fill_means(model, views, planes, means);
+    model.tables.kept = std::move(kept.pairs);
+    fill_weights(model.tables, rows.weights, model.colours);
+    fill_contrasts(model, rows.contrast);
 }
 
 }  // namespace btfield::detail

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace btfield::detail {
 namespace {
+
+/// Contrasts from a quarter of 2 |U| to four times it.
+const double contrast_unit = std::log(4.0) / 127.0;
 
 std::vector<DirectionPair> kept_pairs(const BtfModel& model) {
     std::vector<DirectionPair> kept;
@@ -30,52 +34,90 @@ std::vector<DirectionPair> direction_pairs(const BtfModel& model) {
 DirectionTable::DirectionTable(const BtfModel& model)
     : model_(&model), measured_(direction_pairs(model)), kept_(kept_pairs(model)) {}
 
+double depth_of_contrast(double contrast, double skewness, double kurtosis) {
+    if (!(contrast > 0.0)) return 0.0;
+    // E z⁴ / (E z²)², which is 1 + contrast².
+    const double asked = 1.0 + contrast * contrast;
+    const auto reached = [&](double y) {
+        const double yy = y * y, second = 1.0 + yy;
+        return (1.0 + 6.0 * yy + 4.0 * skewness * yy * y + kurtosis * yy * yy) / (second * second);
+    };
+    // Of skewed planes it may fall again: the first y that has it, in steps of a few percent.
+    constexpr double step = 1.05, least = 1e-4, most = 20.0;
+    double below = 0.0, best = 0.0, largest = 1.0;
+    for (double y = least; y < most; y *= step) {
+        const double found = reached(y);
+        if (found >= asked) {
+            double above = y;
+            for (int i = 0; i < 40; ++i) {
+                const double middle = 0.5 * (below + above);
+                (reached(middle) < asked ? below : above) = middle;
+            }
+            return 0.5 * (below + above);
+        }
+        if (found > largest) {
+            largest = found;
+            best = y;
+        }
+        below = y;
+    }
+    return best;
+}
+
+std::int8_t kept_contrast(double contrast, double length) {
+    if (!(contrast > 0.0) || !(length > 0.0)) return 0;
+    const double units = std::log(contrast / (2.0 * length)) / contrast_unit;
+    return static_cast<std::int8_t>(std::lround(std::clamp(units, -127.0, 127.0)));
+}
+
 PictureWeights DirectionTable::weights(const BtfDirection& view, const BtfDirection& light) const {
     const BtfTables& tables = model_->tables;
     const auto colours = static_cast<std::size_t>(model_->colours), planes = tables.weight_units.size();
     PictureWeights result{std::vector<double>(colours), std::vector<double>(colours),
-                          std::vector<double>(colours * planes)};
+                          std::vector<double>(colours), interpolated({view, light})};
     for (const PairWeight& of : measured_.interpolate({view, light})) {
         const double upward = std::cos(light_of(*model_, of.pair).theta);
         for (std::size_t c = 0; c < colours; ++c) {
+            const std::size_t row = of.pair * colours + c;
             // The logarithm of what a matt surface would have everywhere. A black picture is nearly so.
-            const double mean =
-                std::max(static_cast<double>(tables.mean[of.pair * colours + c]), 1e-7 * model_->white);
+            const double mean = std::max(static_cast<double>(tables.mean[row]), 1e-7 * model_->white);
             result.mean[c] += of.weight * std::log(mean / upward);
+            result.contrast[c] += of.weight * contrast_unit * tables.contrast[row];
         }
     }
     const double upward = std::cos(std::min(light.theta, measured_.steepest_light()));
-    for (double& mean : result.mean) mean = std::exp(mean) * upward;
-    add_weights({view, light}, result);
-    return result;
-}
-
-void DirectionTable::add_weights(const DirectionPair& at, PictureWeights& result) const {
-    const BtfTables& tables = model_->tables;
-    const auto colours = static_cast<std::size_t>(model_->colours), planes = tables.weight_units.size();
-    for (const PairWeight& of : kept_.interpolate(at))
-        for (std::size_t c = 0; c < colours; ++c) {
-            const std::size_t row = of.pair * colours + c;
-            result.offsets[c] += of.weight * tables.offset_unit * tables.offsets[row];
-            for (std::size_t k = 0; k < planes; ++k)
-                result.weights[c * planes + k] +=
-                    of.weight * tables.weight_units[k] * tables.weights[row * planes + k];
-        }
-}
-
-std::vector<double> DirectionTable::mean_squares(const DirectionPair& at, const Eigen::VectorXd& mean,
-                                                 const Eigen::MatrixXd& moments) const {
-    const auto colours = static_cast<std::size_t>(model_->colours);
-    const auto planes = static_cast<std::size_t>(mean.size());
-    PictureWeights of{{}, std::vector<double>(colours), std::vector<double>(colours * planes)};
-    add_weights(at, of);
-    std::vector<double> result;
     for (std::size_t c = 0; c < colours; ++c) {
-        const Eigen::Map<const Eigen::VectorXd> u(of.weights.data() + c * planes, mean.size());
-        const double offset = of.offsets[c];
-        result.push_back(offset * offset + 2.0 * offset * u.dot(mean) + u.dot(moments * u));
+        const std::span<double> own = std::span(result.weights).subspan(c * planes, planes);
+        double squares = 0.0;
+        for (const double weight : own) squares += weight * weight;
+        const double length = std::sqrt(squares);
+        result.mean[c] = std::exp(result.mean[c]) * upward;
+        result.contrast[c] = 2.0 * length * std::exp(result.contrast[c]);
+        const double y = depth_of_contrast(result.contrast[c], 0.0, 3.0);
+        result.offsets[c] = 1.0 / std::sqrt(1.0 + y * y);
+        if (length > 0.0)
+            for (double& weight : own) weight *= result.offsets[c] * y / length;
     }
     return result;
+}
+
+std::vector<double> DirectionTable::interpolated(const DirectionPair& at) const {
+    const BtfTables& tables = model_->tables;
+    const std::size_t values = static_cast<std::size_t>(model_->colours) * tables.weight_units.size();
+    std::vector<double> weights(values);
+    for (const PairWeight& of : kept_.interpolate(at))
+        for (std::size_t i = 0; i < values; ++i)
+            weights[i] += of.weight * tables.weight_units[i % tables.weight_units.size()] *
+                          tables.weights[of.pair * values + i];
+    return weights;
+}
+
+std::vector<double> DirectionTable::squared_lengths(const DirectionPair& at) const {
+    const std::vector<double> weights = interpolated(at);
+    std::vector<double> lengths(static_cast<std::size_t>(model_->colours));
+    for (std::size_t i = 0; i < weights.size(); ++i)
+        lengths[i / model_->tables.weight_units.size()] += weights[i] * weights[i];
+    return lengths;
 }
 
 }  // namespace btfield::detail

@@ -2,18 +2,30 @@
 
 // What the tables of a model say of any direction (theory 21.3).
 
+#include <cstdint>
 #include <vector>
 
 #include "btfield/btf_model.hpp"
-#include "host/base/eigen.hpp"
 #include "host/btf/direction_interpolation.hpp"
 
 namespace btfield::detail {
 
-/// What makes a picture of planes: I_c = μ_c (m_c + Σ_k U_ck T_k)².
+/// What makes a picture of planes.
 struct PictureWeights {
-    std::vector<double> mean, offsets, weights;  ///< [colour], [colour], [colour][plane]
+    std::vector<double> mean;      ///< [colour]
+    std::vector<double> contrast;  ///< [colour]: standard deviation as a share of the mean
+    /// [colour] and [colour][plane]: I_c = mean_c (offset_c + Σ_k weight_ck T_k)² has this mean and contrast
+    /// where sums of planes are normally distributed.
+    std::vector<double> offsets, weights;
 };
+
+/// y for which (1 + y t)² has this contrast.
+/// \param skewness, kurtosis  of t, which has mean 0 and variance 1; 0 and 3 where it is normally distributed
+/// \return the y of the largest contrast where none has so much
+[[nodiscard]] double depth_of_contrast(double contrast, double skewness, double kurtosis);
+
+/// A contrast as the tables have it.
+[[nodiscard]] std::int8_t kept_contrast(double contrast, double length);
 
 [[nodiscard]] BtfDirection light_of(const BtfModel& model, std::size_t pair);
 /// Directions of the model's pairs.
@@ -24,14 +36,14 @@ class DirectionTable {
     /// \param model  is to outlive it
     explicit DirectionTable(const BtfModel& model);
     [[nodiscard]] PictureWeights weights(const BtfDirection& view, const BtfDirection& light) const;
-    /// Mean of z² of each colour, where planes as the view shows them have these means and second moments.
-    [[nodiscard]] std::vector<double> mean_squares(const DirectionPair& at, const Eigen::VectorXd& mean,
-                                                   const Eigen::MatrixXd& moments) const;
-    /// Where means are known, and where offsets and weights are.
+    /// Σ_k U_k² of each colour.
+    [[nodiscard]] std::vector<double> squared_lengths(const DirectionPair& at) const;
+    /// Where means and contrasts are known.
     [[nodiscard]] const DirectionPoints& measured() const { return measured_; }
 
   private:
-    void add_weights(const DirectionPair& at, PictureWeights& result) const;
+    /// U, [colour][plane].
+    [[nodiscard]] std::vector<double> interpolated(const DirectionPair& at) const;
 
     const BtfModel* model_;
     DirectionPoints measured_, kept_;

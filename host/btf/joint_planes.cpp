@@ -253,11 +253,6 @@ JointPlanes JointSolver::result(RowMajorMatrix planes, double unexplained) const
         std::vector<double> offsets = reduced.offset;
         for (std::size_t row = 0; row < offsets.size(); ++row) offsets[row] += shift[static_cast<Index>(row)];
         result.offsets.push_back(std::move(offsets));
-        const VectorXd seen = forward.transpose() * (moments_[v].f_mean - mean.transpose());
-        const MatrixXd moments = forward.transpose() * moments_[v].ff * forward /
-                                 std::max<double>(1.0, static_cast<double>(gathers_[v].count()));
-        result.seen_mean.push_back(seen);
-        result.seen_moments.emplace_back(moments + seen * seen.transpose());
     }
     result.planes = planes * forward;
     return result;

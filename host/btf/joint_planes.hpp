@@ -25,9 +25,6 @@ struct JointPlanes {
     /// Of each view, for each of its rows: U, [row][plane], and the constant beside U S T.
     std::vector<RowMajorMatrix> weights;
     std::vector<std::vector<double>> offsets;
-    /// Of each view: mean and second moments of S T.
-    std::vector<Eigen::VectorXd> seen_mean;
-    std::vector<Eigen::MatrixXd> seen_moments;
     double unexplained = 0.0;  ///< share of the variance of z
 };
 

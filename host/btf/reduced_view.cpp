@@ -27,9 +27,9 @@ struct RelativeRows {
     [[nodiscard]] const float* row(std::size_t r) const { return values.data() + r * pixels; }
 };
 
-/// I to z − offset in place; tells μ, offset and Σ (z − offset)².
+/// I to z − offset in place; tells μ, the deviation of I / μ, offset and Σ (z − offset)².
 struct RowMoments {
-    double mean = 0.0, offset = 0.0, energy = 0.0;
+    double mean = 0.0, contrast = 0.0, offset = 0.0, energy = 0.0;
 };
 RowMoments relate(std::span<float> row) {
     RowMoments moments;
@@ -42,11 +42,14 @@ RowMoments relate(std::span<float> row) {
     moments.mean = sum / count;
     if (!(moments.mean > 0.0)) return moments;
     const auto scale = static_cast<float>(1.0 / moments.mean);
-    double total = 0.0, squares = 0.0;
+    double total = 0.0, squares = 0.0, spread = 0.0;
     for (float& value : row) {
+        const double off = static_cast<double>(value * scale) - 1.0;
+        spread += off * off;
         value = std::sqrt(value * scale);
         total += static_cast<double>(value);
     }
+    moments.contrast = std::sqrt(spread / count);
     moments.offset = total / count;
     const auto offset = static_cast<float>(moments.offset);
     for (float& value : row) {
@@ -168,6 +171,7 @@ ReducedView reduce_view(int pictures, int colours, std::size_t pixels, int rank,
     RelativeRows rows{std::vector<float>(count * pixels), pixels};
     ReducedView view;
     view.mean.resize(count);
+    view.contrast.resize(count);
     view.offset.resize(count);
     std::vector<double> energies(count);
     for_each_block(pictures, [&](int picture) {
@@ -178,6 +182,7 @@ ReducedView reduce_view(int pictures, int colours, std::size_t pixels, int rank,
         for (std::size_t c = 0; c < static_cast<std::size_t>(colours); ++c) {
             const RowMoments moments = relate(all.subspan(c * pixels, pixels));
             view.mean[first + c] = moments.mean;
+            view.contrast[first + c] = moments.contrast;
             view.offset[first + c] = moments.offset;
             energies[first + c] = moments.energy;
         }

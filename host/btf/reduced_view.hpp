@@ -17,6 +17,7 @@ namespace btfield::detail {
 /// orthonormal columns, B is kept in 16 bits.
 struct ReducedView {
     std::vector<double> mean;          ///< μ of each row, in the unit of I; 0 of black ones, whose z is 0
+    std::vector<double> contrast;      ///< standard deviation of I as a share of μ
     std::vector<double> offset;        ///< mean of z
     RowMajorMatrix basis;              ///< A
     std::vector<std::int16_t> values;  ///< B, [pixel][column of A], in units of `units`

@@ -1,7 +1,9 @@
 #include "host/btf/surface_view.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -10,13 +12,37 @@ namespace {
 
 /// Views whose rays are kept: pictures of one view under many lights come after each other.
 constexpr std::size_t kept_views = 4;
-/// Numbers of a colour before its weights.
-constexpr int table_head = 4;
-
 Image first_plane(const Image& image) {
     Image plane(image.size(), 1);
     std::ranges::copy(image.plane(0), plane.values().begin());
     return plane;
+}
+
+/// From t to μ (1 + y (t − mean of t))², with the y and μ of this mean and contrast.
+void shade(std::span<float> values, double mean, double contrast) {
+    const auto count = static_cast<double>(values.size());
+    double sum = 0.0;
+    for (const float value : values) sum += static_cast<double>(value);
+    const double middle = sum / count;
+    double second = 0.0, third = 0.0, fourth = 0.0;
+    for (const float value : values) {
+        const double d = static_cast<double>(value) - middle, dd = d * d;
+        second += dd;
+        third += dd * d;
+        fourth += dd * dd;
+    }
+    second /= count;
+    double y = 0.0;
+    if (second > 1e-12)
+        y = depth_of_contrast(contrast, third / count / std::pow(second, 1.5),
+                              fourth / count / (second * second));
+    const auto scale = static_cast<float>(mean / (1.0 + y * y));
+    const auto slope = static_cast<float>(second > 1e-12 ? y / std::sqrt(second) : 0.0);
+    const auto level = static_cast<float>(1.0 - static_cast<double>(slope) * middle);
+    for (float& value : values) {
+        const float z = level + slope * value;
+        value = scale * z * z;
+    }
 }
 
 }  // namespace
@@ -50,15 +76,12 @@ SurfaceView::Rays SurfaceView::rays(const std::array<double, 3>& view) const {
 
 Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeights& weights) const {
     const Rays seen = rays(view);
-    const auto stride = static_cast<std::size_t>(padded_) + std::size_t{table_head};
+    const auto stride = static_cast<std::size_t>(padded_);
     std::vector<float> table(stride * static_cast<std::size_t>(colours_));
     for (std::size_t c = 0; c < static_cast<std::size_t>(colours_); ++c) {
         float* const own = table.data() + c * stride;
-        own[0] = static_cast<float>(weights.mean[c]);
-        own[1] = static_cast<float>(weights.offsets[c]);
         for (std::size_t k = 0; k < static_cast<std::size_t>(planes_); ++k)
-            own[table_head + k] =
-                static_cast<float>(weights.weights[c * static_cast<std::size_t>(planes_) + k]);
+            own[k] = static_cast<float>(weights.weights[c * static_cast<std::size_t>(planes_) + k]);
     }
     Image image(size_, colours_);
     const Buffer uploaded = device_->upload(table), picture = device_->buffer(image.values().size_bytes());
@@ -69,6 +92,9 @@ Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeigh
                     Grain::fine, planes_of_pixels_, seen->x, seen->y, uploaded, picture, size_.width,
                     size_.height);
     device_->read(picture, image.values().data(), image.values().size_bytes());
+    for (int c = 0; c < colours_; ++c)
+        shade(image.plane(c), weights.mean[static_cast<std::size_t>(c)],
+              weights.contrast[static_cast<std::size_t>(c)]);
     return image;
 }
 

@@ -18,7 +18,7 @@ class SurfaceView {
   public:
     /// \param surface  height in pixels, then planes
     SurfaceView(DeviceImpl& device, const Image& surface, int colours);
-    /// [colour]
+    /// [colour]: Σ_k weight_k T_k where the view shows it, as deep as gives the picture its mean and contrast.
     [[nodiscard]] Image picture(const std::array<double, 3>& view, const PictureWeights& weights) const;
 
   private:

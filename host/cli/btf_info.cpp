@@ -23,13 +23,12 @@ struct InfoArguments {
 
 /// Bytes of a model's parts, however its file packs them.
 struct ModelParts {
-    std::uintmax_t mean = 0, offsets = 0, weights = 0, rest = 0;
+    std::uintmax_t mean = 0, contrast = 0, weights = 0, rest = 0;
 };
 
 ModelParts parts_of(const BtfModel& model, std::uintmax_t bytes) {
-    ModelParts parts{2 * model.tables.mean.size(), 2 * model.tables.offsets.size(),
-                     model.tables.weights.size()};
-    const std::uintmax_t tables = parts.mean + parts.offsets + parts.weights;
+    ModelParts parts{2 * model.tables.mean.size(), model.tables.contrast.size(), model.tables.weights.size()};
+    const std::uintmax_t tables = parts.mean + parts.contrast + parts.weights;
     parts.rest = bytes > tables ? bytes - tables : 0;
     return parts;
 }
@@ -60,7 +59,7 @@ Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
     object["bytes"] = bytes;
     const ModelParts parts = parts_of(model, bytes);
     object["parts"]["mean"] = parts.mean;
-    object["parts"]["offsets"] = parts.offsets;
+    object["parts"]["contrast"] = parts.contrast;
     object["parts"]["weights"] = parts.weights;
     object["parts"]["field"] = parts.rest;
     object["compression_ratio"] = number(ratio(model.picture_bytes, bytes));
@@ -80,8 +79,8 @@ std::string btf_model_text(const BtfModel& model, std::uintmax_t bytes) {
     text += "left      " + number_text(100.0 * model.unexplained) + " % of the variance, tables add " +
             number_text(100.0 * model.table_error) + " %\n";
     const ModelParts parts = parts_of(model, bytes);
-    text += "bytes     " + std::to_string(bytes) + ": means " + std::to_string(parts.mean) + ", offsets " +
-            std::to_string(parts.offsets) + ", weights " + std::to_string(parts.weights) + ", field " +
+    text += "bytes     " + std::to_string(bytes) + ": means " + std::to_string(parts.mean) + ", contrasts " +
+            std::to_string(parts.contrast) + ", weights " + std::to_string(parts.weights) + ", field " +
             std::to_string(parts.rest) + "\n";
     text += "ratio     1 : " + number_text(ratio(model.picture_bytes, bytes)) + " of 8-bit pictures";
     if (model.file_bytes > 0)

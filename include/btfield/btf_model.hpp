@@ -23,16 +23,15 @@
 
 namespace btfield {
 
-/// What is known of measured pictures. Relative ones are z = √(I / μ) ≈ m + Σ_k U_k T_k where the view
-/// shows the surface. m and U are kept of some pairs, and interpolated of the others (theory 21.3).
+/// What is known of measured pictures. Relative ones are √(I / μ) ≈ m + Σ_k U_k T_k where the view shows the
+/// surface. U is kept of some pairs, and interpolated of the others (theory 21.3); m and the length of U follow
+/// from the contrast.
 struct BtfTables {
-    /// μ, [pair][colour], rounded to half precision: with m and U as the tables tell them, the mean of μ z²
-    /// is that of the picture. 0: a black one.
+    /// μ, [pair][colour]: mean of the picture, rounded to half precision. 0: a black one.
     std::vector<float> mean;
+    /// [pair][colour], in units of log(4) / 127: logarithm of the standard deviation of I / μ to 2 |U|.
+    std::vector<std::int8_t> contrast;
     std::vector<std::uint32_t> kept;  ///< indices of pairs, ascending
-    /// m, [kept][colour], in units of `offset_unit`.
-    std::vector<std::int16_t> offsets;
-    double offset_unit = 0.0;
     /// U, [kept][colour][plane], in units of each plane's `weight_units`.
     std::vector<std::int8_t> weights;
     std::vector<double> weight_units;
@@ -53,7 +52,7 @@ struct BtfModel {
     /// Of the relief, in pixels, and of the planes T.
     TextureModel surface;
     double unexplained = 0.0;   ///< share of the variance of z that planes of this number leave
-    double table_error = 0.0;   ///< share of it by which interpolated m and U are off, mean over pairs
+    double table_error = 0.0;   ///< share of it by which interpolated U are off, mean over pairs
     double scale_factor = 1.0;  ///< that the relief was multiplied with
     std::string relief;         ///< where it is from: "given", "set", "stereo" or "level"
     std::uint64_t pictures = 0, picture_bytes = 0;  ///< of the set: number, and bytes at 8 bits a value
@@ -78,7 +77,7 @@ struct BtfFitOptions {
     /// A pair in n is not shown to the fit: those whose indices of view and light add up to a multiple of n,
     /// less 1. 0: all are.
     int leave_out = 0;
-    /// m and U are kept of so few pairs that interpolation is off by at most this share of `unexplained`.
+    /// U is kept of so few pairs that interpolation is off by at most this share of `unexplained`.
     /// 0: of all.
     double table_error = 0.2;
     /// Of the surface's field.

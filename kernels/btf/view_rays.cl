@@ -30,8 +30,8 @@ inline float4 blend(__global const float* planes, size_t a, size_t b, size_t c, 
     return mix(upper, lower, down);
 }
 
-// I = mean (offset + Σ_k U_k T_k)² at the places x, y. planes: [pixel of the surface][BTFIELD_PLANES]. table: of each
-// colour mean, offset, two zeros and U. picture: [colour][pixel]. Work-item (column, row).
+// Σ_k U_k T_k at the places x, y. planes: [pixel of the surface][BTFIELD_PLANES]. table: U, [colour][BTFIELD_PLANES].
+// picture: [colour][pixel]. Work-item (column, row).
 __kernel void show_planes(__global const float* planes, __global const float* x, __global const float* y,
                           __global const float* table, __global float* picture, int width, int height) {
     const int column = (int)get_global_id(0), row = (int)get_global_id(1);
@@ -46,12 +46,9 @@ __kernel void show_planes(__global const float* planes, __global const float* x,
     for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] = (float4)(0.0f);
     for (int k = 0; k < BTFIELD_PLANES; k += 4) {
         const float4 value = blend(planes, a, b, c, d, place - (float)left, under - (float)top, k);
-        for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] += value * vload4(0, table + i * (BTFIELD_PLANES + 4) + 4 + k);
+        for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] += value * vload4(0, table + i * BTFIELD_PLANES + k);
     }
-    for (int i = 0; i < BTFIELD_COLOURS; ++i) {
-        __global const float* own = table + i * (BTFIELD_PLANES + 4);
-        const float z = own[1] + sums[i].x + sums[i].y + sums[i].z + sums[i].w;
-        picture[i * (size_t)width * height + pixel] = own[0] * z * z;
-    }
+    for (int i = 0; i < BTFIELD_COLOURS; ++i)
+        picture[i * (size_t)width * height + pixel] = sums[i].x + sums[i].y + sums[i].z + sums[i].w;
 }
 #endif

@@ -206,8 +206,6 @@ TEST_F(BtfModelled, WeightsOfFewPairsTellThoseOfTheOthers) {
                            light = detail::light_of(all.model, pair);
         const detail::PictureWeights a = of_all.weights(view, light), b = of_some.weights(view, light);
         double off = 0.0, variance = 0.0;
-        for (std::size_t c = 0; c < 3; ++c)
-            off += (a.offsets[c] - b.offsets[c]) * (a.offsets[c] - b.offsets[c]);
         for (std::size_t i = 0; i < a.weights.size(); ++i) {
             off += (a.weights[i] - b.weights[i]) * (a.weights[i] - b.weights[i]);
             variance += a.weights[i] * a.weights[i];
@@ -304,7 +302,7 @@ TEST_F(BtfModelled, FilesComeBackAsTheyWere) {
         EXPECT_EQ(back.tables.mean, model.tables.mean);
         EXPECT_EQ(back.tables.kept, model.tables.kept);
         EXPECT_EQ(back.table_error, model.table_error);
-        EXPECT_EQ(back.tables.offsets, model.tables.offsets);
+        EXPECT_EQ(back.tables.contrast, model.tables.contrast);
         EXPECT_EQ(back.tables.weights, model.tables.weights);
         EXPECT_EQ(back.tables.weight_units, model.tables.weight_units);
         EXPECT_EQ(back.unexplained, model.unexplained);
@@ -334,7 +332,7 @@ TEST_F(BtfModelled, DamagedFilesAreRefused) {
     refused("/kept", "AAAA");
     refused("/kept", nullptr);
     refused("/moved", good["kept"]);
-    refused("/offset_unit", 0);
+    refused("/contrast", "AAAA");
     refused("/weight_units/0", -1);
     refused("/views/1", nlohmann::json::array({1.57, 0.0}));
     refused("/views/1", nlohmann::json::array({1.0}));
@@ -374,6 +372,42 @@ TEST_F(BtfModelled, WhatCannotBeMetIsRefused) {
     EXPECT_THROW(BtfSynthesiser(device_, fit.model, Image(side, 2)), InputError);
 }
 
+TEST(BtfTables, DepthsHaveTheirContrast) {
+    // A few values, not normally distributed at all, with mean 0 and variance 1.
+    for (const double heavy : {-2.5, 0.4, 2.5}) {
+        std::vector<double> t{-1.0, -0.4, 0.1, 0.3, heavy};
+        double mean = 0.0, square = 0.0, third = 0.0, fourth = 0.0;
+        for (const double v : t) mean += v / 5.0;
+        for (double& v : t) {
+            v -= mean;
+            square += v * v / 5.0;
+        }
+        for (double& v : t) {
+            v /= std::sqrt(square);
+            third += v * v * v / 5.0;
+            fourth += v * v * v * v / 5.0;
+        }
+        for (const double contrast : {0.01, 0.3, 0.8}) {
+            const double y = detail::depth_of_contrast(contrast, third, fourth);
+            double sum = 0.0, squares = 0.0;
+            for (const double v : t) {
+                sum += (1.0 + y * v) * (1.0 + y * v) / 5.0;
+                squares += std::pow(1.0 + y * v, 4.0) / 5.0;
+            }
+            EXPECT_NEAR(std::sqrt(squares / (sum * sum) - 1.0), contrast, 1e-6) << heavy;
+        }
+        EXPECT_EQ(detail::depth_of_contrast(0.0, third, fourth), 0.0);
+        // More than any depth has: the deepest there is.
+        EXPECT_GT(detail::depth_of_contrast(50.0, third, fourth),
+                  detail::depth_of_contrast(0.8, third, fourth));
+    }
+    EXPECT_EQ(detail::kept_contrast(0.4, 0.2), 0);
+    EXPECT_EQ(detail::kept_contrast(0.4 * std::pow(4.0, 10.3 / 127.0), 0.2), 10);
+    EXPECT_EQ(detail::kept_contrast(100.0, 0.2), 127);
+    EXPECT_EQ(detail::kept_contrast(0.0, 0.2), 0);
+    EXPECT_EQ(detail::kept_contrast(0.3, 0.0), 0);
+}
+
 TEST(BtfTables, MeansAreHalvesFromZeroOn) {
     EXPECT_EQ(detail::kept_mean(1.0 + 0x1p-11), 1.0F);
     EXPECT_EQ(detail::kept_mean(1.0 + 0x1.8p-10), 1.0F + 0x1p-9F);
@@ -386,7 +420,6 @@ BtfModel table_model() {
     BtfModel model;
     model.colours = 1;
     model.views = model.lights = btf_directions_81();
-    model.tables.offset_unit = 1e-4;
     model.tables.weight_units = {1e-2};
     for (int v = 0; v < 81; v += 2)
         for (int l = 0; l < 81; ++l) {
@@ -394,9 +427,9 @@ BtfModel table_model() {
             const auto view = model.views[static_cast<std::size_t>(v)];
             const auto light = model.lights[static_cast<std::size_t>(l)];
             model.tables.mean.push_back(static_cast<float>(std::cos(light.theta) * (0.5 + 0.2 * view.theta)));
-            model.tables.offsets.push_back(static_cast<std::int16_t>(
-                std::lround(1e4 * (0.3 * view.theta * std::cos(view.phi) -
-                                   0.1 * std::tan(light.theta) * std::sin(light.phi)))));
+            model.tables.contrast.push_back(static_cast<std::int8_t>(
+                std::lround(40.0 * (view.theta * std::cos(view.phi) -
+                                    0.3 * std::tan(light.theta) * std::sin(light.phi)))));
             model.tables.weights.push_back(1);
         }
     model.tables.kept.resize(model.pairs.size());
@@ -423,10 +456,13 @@ TEST(DirectionTable, MeasuredDirectionsAreThemselvesAndOthersInBetween) {
         EXPECT_NEAR(sum, 1.0, 1e-6);
         const detail::PictureWeights found = table.weights(view, light);
         // Linear in the coordinates: exact but for rounding.
-        EXPECT_NEAR(found.offsets[0],
-                    0.3 * view.theta * std::cos(view.phi) - 0.1 * std::tan(light.theta) * std::sin(light.phi),
-                    2e-3);
-        EXPECT_NEAR(found.weights[0], 0.01, 1e-9);
+        const double units =
+            40.0 * (view.theta * std::cos(view.phi) - 0.3 * std::tan(light.theta) * std::sin(light.phi));
+        EXPECT_NEAR(std::log(found.contrast[0] / 0.02) / std::log(4.0) * 127.0, units, 0.5);
+        // The picture of normally distributed planes has that contrast: var z² = 4 m² u² + 2 u⁴, m² + u² = 1.
+        const double u = found.weights[0], m = found.offsets[0];
+        EXPECT_NEAR(m * m + u * u, 1.0, 1e-9);
+        EXPECT_NEAR(std::sqrt(4.0 * m * m * u * u + 2.0 * u * u * u * u), found.contrast[0], 1e-7);
         const double mean = std::cos(light.theta) * (0.5 + 0.2 * view.theta);
         EXPECT_NEAR(found.mean[0], mean, 0.03 * mean);
     }
@@ -444,16 +480,16 @@ TEST(DirectionTable, FewDirectionsWillDo) {
     const std::size_t kept = model.pairs.size();
     model.tables.mean.resize(kept);
     model.tables.kept.resize(kept);
-    model.tables.offsets.resize(kept);
+    model.tables.contrast.resize(kept);
     model.tables.weights.resize(kept);
     const detail::DirectionTable table(model);
     const auto found = table.weights({0.8, 1.0}, {0.5, 2.0});
     EXPECT_TRUE(std::isfinite(found.mean[0]));
-    EXPECT_NEAR(found.weights[0], 0.01, 1e-9);
+    EXPECT_GT(found.weights[0], 0.0);
     model.pairs.resize(1);
     model.tables.mean.resize(1);
     model.tables.kept.resize(1);
-    model.tables.offsets.resize(1);
+    model.tables.contrast.resize(1);
     model.tables.weights.resize(1);
     EXPECT_NEAR(detail::DirectionTable(model).weights({0.8, 1.0}, {0.0, 2.0}).mean[0], 0.5, 1e-3);
 }

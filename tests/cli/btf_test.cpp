@@ -227,7 +227,7 @@ TEST_F(CliBtfModel, FitsAndGrows) {
     EXPECT_EQ(info["pictures"], 72);
     EXPECT_EQ(info["kept_pictures"], fitted["kept_pictures"]);
     EXPECT_EQ(info["parts"]["weights"], info["kept_pictures"].get<int>() * 3 * 4);
-    EXPECT_EQ(info["parts"]["mean"].get<int>() + info["parts"]["offsets"].get<int>() +
+    EXPECT_EQ(info["parts"]["mean"].get<int>() + info["parts"]["contrast"].get<int>() +
                   info["parts"]["weights"].get<int>() + info["parts"]["field"].get<int>(),
               info["bytes"]);
     expect_failure({"info", at("m.btfm")}, 1, "btf info");
