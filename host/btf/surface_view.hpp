@@ -18,7 +18,8 @@ class SurfaceView {
   public:
     /// \param surface  height in pixels, then planes
     SurfaceView(DeviceImpl& device, const Image& surface, int colours);
-    /// [colour]: Σ_k weight_k T_k where the view shows it, as deep as gives the picture its mean and contrast.
+    /// [colour]: Σ_k weight_k T_k where the view shows it, as deep as gives the picture its mean and
+    /// contrast.
     [[nodiscard]] Image picture(const std::array<double, 3>& view, const PictureWeights& weights) const;
 
   private:

@@ -23,9 +23,9 @@
 
 namespace btfield {
 
-/// What is known of measured pictures. Relative ones are √(I / μ) ≈ m + Σ_k U_k T_k where the view shows the
-/// surface. U is kept of some pairs, and interpolated of the others (theory 21.3); m and the length of U follow
-/// from the contrast.
+/// What is known of measured pictures. Relative ones are √(I / μ) ≈ m + Σ_k U_k T_k where the view shows
+/// the surface. U is kept of some pairs, and interpolated of the others (theory 21.3); m and the length of U
+/// follow from the contrast.
 struct BtfTables {
     /// μ, [pair][colour]: mean of the picture, rounded to half precision. 0: a black one.
     std::vector<float> mean;
