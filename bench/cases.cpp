@@ -28,6 +28,7 @@ void add_all() {
     add_roller();
     add_compound();
     add_relief();
+    add_btf();
 }
 
 namespace {

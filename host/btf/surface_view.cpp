@@ -84,13 +84,19 @@ Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeigh
             own[k] = static_cast<float>(weights.weights[c * static_cast<std::size_t>(planes_) + k]);
     }
     Image image(size_, colours_);
-    const Buffer uploaded = device_->upload(table), picture = device_->buffer(image.values().size_bytes());
+    const std::size_t pixels = area(size_);
+    const Buffer uploaded = device_->upload(table),
+                 weighted = device_->buffer(sizeof(float) * pixels * static_cast<std::size_t>(colours_)),
+                 picture = device_->buffer(image.values().size_bytes());
     BuildParameters parameters;
     parameters.set("BTFIELD_PLANES", padded_).set("BTFIELD_COLOURS", colours_);
-    device_->launch(device_->kernel("view_rays", "show_planes", parameters),
+    device_->launch(device_->kernel("view_rays", "weigh_planes", parameters), {pixels}, Grain::fine,
+                    planes_of_pixels_, uploaded, weighted, static_cast<int>(pixels));
+    BuildParameters of_colours;
+    of_colours.set("BTFIELD_COLOURS", colours_);
+    device_->launch(device_->kernel("view_rays", "show_weighted", of_colours),
                     {static_cast<std::size_t>(size_.width), static_cast<std::size_t>(size_.height)},
-                    Grain::fine, planes_of_pixels_, seen->x, seen->y, uploaded, picture, size_.width,
-                    size_.height);
+                    Grain::fine, weighted, seen->x, seen->y, picture, size_.width, size_.height);
     device_->read(picture, image.values().data(), image.values().size_bytes());
     for (int c = 0; c < colours_; ++c)
         shade(image.plane(c), weights.mean[static_cast<std::size_t>(c)],

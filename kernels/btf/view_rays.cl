@@ -16,7 +16,7 @@ __kernel void meet_relief(__global const float* relief, float dx, float dy, floa
 }
 #endif
 
-#ifdef BTFIELD_KERNEL_show_planes
+#ifdef BTFIELD_KERNEL_weigh_planes
 #ifndef BTFIELD_PLANES
 #error "BTFIELD_PLANES (planes of the surface, with zeros up to a multiple of 4) is not defined"
 #endif
@@ -24,31 +24,44 @@ __kernel void meet_relief(__global const float* relief, float dx, float dy, floa
 #error "BTFIELD_COLOURS is not defined"
 #endif
 
-inline float4 blend(__global const float* planes, size_t a, size_t b, size_t c, size_t d, float across, float down, int k) {
-    const float4 upper = mix(vload4(0, planes + a + k), vload4(0, planes + b + k), across);
-    const float4 lower = mix(vload4(0, planes + c + k), vload4(0, planes + d + k), across);
-    return mix(upper, lower, down);
+// Σ_k U_k T_k. planes: [pixel][BTFIELD_PLANES]. table: U, [colour][BTFIELD_PLANES]. weighted: [pixel][colour]. Work-item
+// pixel.
+__kernel void weigh_planes(__global const float* planes, __global const float* table, __global float* weighted, int pixels) {
+    const int pixel = (int)get_global_id(0);
+    if (pixel >= pixels) return;
+    float4 sums[BTFIELD_COLOURS];
+    for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] = (float4)(0.0f);
+    for (int k = 0; k < BTFIELD_PLANES; k += 4) {
+        const float4 value = vload4(0, planes + (size_t)pixel * BTFIELD_PLANES + k);
+        for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] += value * vload4(0, table + i * BTFIELD_PLANES + k);
+    }
+    for (int i = 0; i < BTFIELD_COLOURS; ++i)
+        weighted[(size_t)pixel * BTFIELD_COLOURS + i] = sums[i].x + sums[i].y + sums[i].z + sums[i].w;
 }
+#endif
 
-// Σ_k U_k T_k at the places x, y. planes: [pixel of the surface][BTFIELD_PLANES]. table: U, [colour][BTFIELD_PLANES].
-// picture: [colour][pixel]. Work-item (column, row).
-__kernel void show_planes(__global const float* planes, __global const float* x, __global const float* y,
-                          __global const float* table, __global float* picture, int width, int height) {
+#ifdef BTFIELD_KERNEL_show_weighted
+#ifndef BTFIELD_COLOURS
+#error "BTFIELD_COLOURS is not defined"
+#endif
+
+// What the places x, y of the surface have, between pixels. weighted: [pixel of the surface][colour]. picture:
+// [colour][pixel]. Work-item (column, row).
+__kernel void show_weighted(__global const float* weighted, __global const float* x, __global const float* y,
+                            __global float* picture, int width, int height) {
     const int column = (int)get_global_id(0), row = (int)get_global_id(1);
     if (column >= width) return;
     const size_t pixel = (size_t)row * width + column;
     const float place = wrapped(x[pixel], width), under = wrapped(y[pixel], height);
     const int left = min((int)place, width - 1), top = min((int)under, height - 1);
     const int right = left + 1 == width ? 0 : left + 1, bottom = top + 1 == height ? 0 : top + 1;
-    const size_t a = ((size_t)top * width + left) * BTFIELD_PLANES, b = ((size_t)top * width + right) * BTFIELD_PLANES;
-    const size_t c = ((size_t)bottom * width + left) * BTFIELD_PLANES, d = ((size_t)bottom * width + right) * BTFIELD_PLANES;
-    float4 sums[BTFIELD_COLOURS];
-    for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] = (float4)(0.0f);
-    for (int k = 0; k < BTFIELD_PLANES; k += 4) {
-        const float4 value = blend(planes, a, b, c, d, place - (float)left, under - (float)top, k);
-        for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] += value * vload4(0, table + i * BTFIELD_PLANES + k);
-    }
+    const float across = place - (float)left, down = under - (float)top;
+    __global const float* a = weighted + ((size_t)top * width + left) * BTFIELD_COLOURS;
+    __global const float* b = weighted + ((size_t)top * width + right) * BTFIELD_COLOURS;
+    __global const float* c = weighted + ((size_t)bottom * width + left) * BTFIELD_COLOURS;
+    __global const float* d = weighted + ((size_t)bottom * width + right) * BTFIELD_COLOURS;
     for (int i = 0; i < BTFIELD_COLOURS; ++i)
-        picture[i * (size_t)width * height + pixel] = sums[i].x + sums[i].y + sums[i].z + sums[i].w;
+        picture[i * (size_t)width * height + pixel] =
+            mix(mix(a[i], b[i], across), mix(c[i], d[i], across), down);
 }
 #endif
