@@ -8,7 +8,8 @@ namespace btfield::detail {
 namespace {
 
 constexpr std::size_t tone_groups = 4096;
-constexpr double largest_exponent = 16.0, same_contrast = 1e-4;
+constexpr double largest_exponent = 16.0, least_contrast = 1e-5, same_exponent = 1e-4;
+constexpr int most_steps = 40;
 
 struct PowerMoments {
     double mean = 0.0, deviation = 0.0;
@@ -52,44 +53,33 @@ TonedPlane::TonedPlane(std::span<const float> values) {
 }
 
 Tone TonedPlane::tone(double mean, double deviation) const {
-    // Nothing to be made brighter: only light that is everywhere can be added.
-    if (!(mean_ > 0.0)) return {1.0, 1.0, std::max(mean, 0.0)};
-    if (!(mean > 0.0)) return {0.0, 1.0, 0.0};
+    if (!(mean_ > 0.0) || !(mean > 0.0)) return {0.0, 1.0};
     const double wanted = deviation / mean, found = deviation_ / mean_;
-    if (!(found > same_contrast)) return {mean / mean_, 1.0, 0.0};
-    if (wanted <= found) {
-        // Less of it: the picture and light that is the same everywhere.
-        if (!(wanted > same_contrast * found)) return {0.0, 0.0, mean};
-        const double lift = deviation_ / wanted - mean_;
-        return {mean / (mean_ + lift), 1.0, lift};
-    }
-    // More: the power whose contrast that is, between 1 and the largest. Contrasts of powers grow with them.
-    double low = 1.0, high = largest_exponent, exponent = std::min(wanted / found, largest_exponent);
-    for (int step = 0; step < 40 && high - low > 1e-4 * low; ++step) {
+    if (!(found > least_contrast)) return {mean / mean_, 1.0};
+    if (!(wanted > least_contrast)) return {mean, 0.0};
+    // Contrasts of powers grow with the exponent, nearly in proportion to it.
+    double low = 1.0 / largest_exponent, high = largest_exponent;
+    double exponent = std::clamp(wanted / found, low, high);
+    for (int step = 0; step < most_steps; ++step) {
         const double contrast = moments_of_power(quantiles_, exponent).contrast();
-        if (contrast < wanted)
-            low = exponent;
-        else
-            high = exponent;
-        // As if contrast were a power of the exponent; kept inside.
-        const double next = exponent * std::pow(wanted / std::max(contrast, 1e-12), 1.2);
-        if (std::abs(next - exponent) < 1e-4 * exponent) break;
-        exponent = next > low && next < high ? next : 0.5 * (low + high);
+        (contrast < wanted ? low : high) = exponent;
+        const double next = exponent * wanted / std::max(contrast, least_contrast);
+        if (std::abs(next - exponent) < same_exponent * exponent || high - low < same_exponent * low) break;
+        exponent = next > low && next < high ? next : std::sqrt(low * high);
     }
     const double largest = quantiles_.back();
     const double raised = moments_of_power(quantiles_, exponent).mean;
-    return {mean / raised * std::pow(largest, -exponent), exponent, 0.0};
+    return {mean / raised * std::pow(largest, -exponent), exponent};
 }
 
 void tone_plane(std::span<float> values, const Tone& tone) {
-    const auto factor = static_cast<float>(tone.factor), lift = static_cast<float>(tone.lift),
-               exponent = static_cast<float>(tone.exponent);
+    const auto factor = static_cast<float>(tone.factor), exponent = static_cast<float>(tone.exponent);
     if (tone.exponent == 0.0) {
-        std::ranges::fill(values, lift);
+        std::ranges::fill(values, factor);
     } else if (tone.exponent == 1.0) {
-        for (float& value : values) value = factor * (std::max(value, 0.0F) + lift);
+        for (float& value : values) value = factor * std::max(value, 0.0F);
     } else {
-        for (float& value : values) value = factor * std::pow(std::max(value, 0.0F) + lift, exponent);
+        for (float& value : values) value = factor * std::pow(std::max(value, 0.0F), exponent);
     }
 }
 

@@ -7,9 +7,9 @@
 
 namespace btfield::detail {
 
-/// I' = factor · (I + lift)^exponent.
+/// I' = factor · I^exponent.
 struct Tone {
-    double factor = 1.0, exponent = 1.0, lift = 0.0;
+    double factor = 1.0, exponent = 1.0;
 };
 
 /// One colour of a grown picture, ready for any mean and deviation.
@@ -17,7 +17,8 @@ class TonedPlane {
   public:
     /// \param values  from 0 on
     explicit TonedPlane(std::span<const float> values);
-    /// The curve with which the picture has this mean and deviation. A constant one stays so.
+    /// The curve with which the picture has this mean and deviation, the latter as far as a power from 1/16
+    /// to 16 goes. A constant one stays so; a black one stays black.
     [[nodiscard]] Tone tone(double mean, double deviation) const;
 
   private:

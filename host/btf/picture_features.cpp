@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 
 #include "host/base/wide.hpp"
 
@@ -13,7 +13,11 @@ namespace {
 
 using std::size_t;
 
-constexpr size_t chunk = 512;
+/// Pixels that are worked on together.
+constexpr size_t chunk = 64;
+/// Histograms of more pixels tell nothing new: of large pictures as many as these, spread out.
+constexpr size_t sampled_pixels = 16384;
+constexpr size_t lanes = 16;
 constexpr float largest_chroma = 112.0F;
 constexpr float bins = static_cast<float>(feature_bins);
 
@@ -23,23 +27,25 @@ bool is_colour(const Image& picture) {
 
 /// The cube root that L*a*b* has, with its straight piece; to 2e-7. Halley's steps from the exponent's third:
 /// the library's root takes longer than the picture takes to be read.
+/// Both pieces are computed, and one counts: loops with branches are not compiled for vectors.
 [[gnu::always_inline]] inline float lab_root(float t) {
-    const float positive = t > 216.0F / 24389.0F ? t : 1.0F;
-    const auto third =
-        static_cast<std::int32_t>(static_cast<float>(std::bit_cast<std::int32_t>(positive)) * (1.0F / 3.0F));
-    float y = std::bit_cast<float>(third + 709921077);
-    for (int step = 0; step < 2; ++step) {
-        const float cube = y * y * y;
-        y *= (cube + 2.0F * positive) / (2.0F * cube + positive);
-    }
-    return t > 216.0F / 24389.0F ? y : (24389.0F / 27.0F * t + 16.0F) / 116.0F;
+    constexpr float kink = 216.0F / 24389.0F;
+    const float positive = __builtin_fabsf(t) + 1e-9F;  // a comparison would be compiled as a branch
+    const float straight = (24389.0F / 27.0F / 116.0F) * t + 16.0F / 116.0F;
+    const float third = static_cast<float>(__builtin_bit_cast(std::int32_t, positive)) * (1.0F / 3.0F);
+    float y = __builtin_bit_cast(float, static_cast<std::int32_t>(third) + 709921077);
+    float cube = y * y * y;
+    y *= (cube + 2.0F * positive) / (2.0F * cube + positive);
+    cube = y * y * y;
+    y *= (cube + 2.0F * positive) / (2.0F * cube + positive);
+    const float above = t > kink ? 1.0F : 0.0F;
+    return straight + above * (y - straight);
 }
 
 [[gnu::always_inline]] inline std::uint8_t bin_of(float share) {
-    const float at = share * bins;
-    return static_cast<std::uint8_t>(static_cast<std::int32_t>(at < 0.0F       ? 0.0F
-                                                               : at > bins - 1 ? bins - 1
-                                                                               : at));
+    const auto at = static_cast<std::int32_t>(share * bins + bins);
+    const std::int32_t low = at > feature_bins ? at - feature_bins : 0;
+    return static_cast<std::uint8_t>(low < feature_bins ? low : feature_bins - 1);
 }
 
 /// \param matrix  from the picture's colours, white at 1 in each, to X / X_n, Y, Z / Z_n
@@ -61,6 +67,18 @@ BTFIELD_WIDE void grey_feature_bins(const float* __restrict values, float scale,
                                     std::uint8_t* __restrict lightness) {
     for (size_t i = 0; i < count; ++i)
         lightness[i] = bin_of((116.0F * lab_root(scale * values[i]) - 16.0F) * 0.01F);
+}
+
+/// Adds Σ (v − about) and Σ (v − about)² of each lane, negative values counting as 0.
+BTFIELD_WIDE void add_moments(const float* __restrict values, float about, size_t count,
+                              double* __restrict sums, double* __restrict squares) {
+    for (size_t i = 0; i < count; i += lanes)
+        for (size_t k = 0; k < lanes; ++k) {
+            const float value = values[i + k], light = 0.5F * (value + __builtin_fabsf(value));
+            const double difference = static_cast<double>(light) - static_cast<double>(about);
+            sums[k] += difference;
+            squares[k] += difference * difference;
+        }
 }
 
 /// Counts in four places, so that equal neighbours do not wait for each other.
@@ -97,18 +115,21 @@ PictureMoments moments_of(const Image& picture) {
     PictureMoments moments;
     for (int p = 0; p < picture.planes(); ++p) {
         const auto plane = picture.plane(p);
-        const auto at = [&](size_t i) { return static_cast<double>(std::max(plane[i], 0.0F)); };
         // About the first value, so that flat pictures have deviation 0.
-        const double about = at(0), count = static_cast<double>(plane.size());
-        std::array<double, 4> sums{}, squares{};
-        for (size_t i = 0; i < plane.size(); ++i) {
-            const double value = at(i) - about;
-            sums[i % 4] += value;
-            squares[i % 4] += value * value;
+        const float about = std::max(plane.front(), 0.0F);
+        std::array<double, lanes> sums{}, squares{};
+        const size_t whole = plane.size() / lanes * lanes;
+        add_moments(plane.data(), about, whole, sums.data(), squares.data());
+        for (size_t i = whole; i < plane.size(); ++i) {
+            const double difference =
+                static_cast<double>(std::max(plane[i], 0.0F)) - static_cast<double>(about);
+            sums[i - whole] += difference;
+            squares[i - whole] += difference * difference;
         }
-        const double mean = (sums[0] + sums[1] + sums[2] + sums[3]) / count;
-        const double square = (squares[0] + squares[1] + squares[2] + squares[3]) / count;
-        moments.mean.push_back(about + mean);
+        const auto count = static_cast<double>(plane.size());
+        const double mean = std::accumulate(sums.begin(), sums.end(), 0.0) / count;
+        const double square = std::accumulate(squares.begin(), squares.end(), 0.0) / count;
+        moments.mean.push_back(static_cast<double>(about) + mean);
         moments.deviation.push_back(std::sqrt(std::max(square - mean * mean, 0.0)));
     }
     return moments;
@@ -123,8 +144,15 @@ void put_features(const Image& picture, double white, std::span<float> features)
     std::array<std::array<std::uint8_t, chunk>, 3> at{};
     std::vector<Histogram> histograms(features.size() / feature_bins);
     const std::array<float, 9> matrix = matrix_of(picture, white);
-    for (size_t first = 0; first < pixels; first += chunk) {
+    // One chunk of several, at places that meet no pattern of the picture's.
+    const size_t chunks = (pixels + chunk - 1) / chunk, step = std::max<size_t>(pixels / sampled_pixels, 1);
+    size_t counted = 0;
+    for (size_t group = 0; group * step < chunks; ++group) {
+        const double share = 0.6180339887 * static_cast<double>(group);
+        const auto within = static_cast<size_t>((share - std::floor(share)) * static_cast<double>(step));
+        const size_t first = std::min(group * step + within, chunks - 1) * chunk;
         const size_t count = std::min(chunk, pixels - first);
+        counted += count;
         if (is_colour(picture)) {
             colour_feature_bins(picture.plane(0).data() + first, picture.plane(1).data() + first,
                                 picture.plane(2).data() + first, matrix.data(), count, at[0].data(),
@@ -139,7 +167,7 @@ void put_features(const Image& picture, double white, std::span<float> features)
         }
     }
     for (size_t h = 0; h < histograms.size(); ++h)
-        histograms[h].accumulate(pixels, features.subspan(h * feature_bins, feature_bins));
+        histograms[h].accumulate(counted, features.subspan(h * feature_bins, feature_bins));
 }
 
 }  // namespace btfield::detail
