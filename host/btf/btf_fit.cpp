@@ -14,6 +14,7 @@
 #include "btfield/synthesis.hpp"
 #include "host/base/limits.hpp"
 #include "host/base/text.hpp"
+#include "host/btf/btf_measured.hpp"
 #include "host/btf/btf_score.hpp"
 #include "host/btf/btf_tables.hpp"
 #include "host/btf/joint_planes.hpp"
@@ -42,8 +43,7 @@ Shares share_out(const BtfSet& set, int leave_out) {
     Shares shares;
     shares.lights.resize(set.views().size());
     for (const BtfPair& pair : set.pictures()) {
-        // Other lights of each view: none is missed altogether.
-        if (leave_out > 0 && (pair.view + pair.light) % leave_out == leave_out - 1)
+        if (is_left_out(pair, leave_out))
             shares.left_out.push_back(pair);
         else
             shares.lights[static_cast<std::size_t>(pair.view)].push_back(pair.light);
@@ -54,8 +54,7 @@ Shares share_out(const BtfSet& set, int leave_out) {
 void check_options(const BtfSet& set, const BtfFitOptions& options) {
     if (options.planes < 1 || options.planes > 60)
         throw InputError(asked_fit, counted(options.planes, "plane") + " were asked for", "give 1 to 60");
-    if (options.leave_out < 0 || options.leave_out == 1)
-        throw InputError(asked_fit, "every picture would be left out", "leave out every second or fewer");
+    check_leave_out(options.leave_out);
     if (!(std::isfinite(options.table_error) && options.table_error >= 0.0))
         throw InputError(asked_fit, "the error of the tables is not a number from 0 on",
                          "give a share, as 0.2");
@@ -102,7 +101,6 @@ class Fitting {
     [[nodiscard]] std::vector<JointView> read_views() const;
     [[nodiscard]] double found_scale(const Image& height, const std::vector<JointView>& views) const;
     [[nodiscard]] TextureModel field(const Image& surface) const;
-    [[nodiscard]] BtfModel described() const;
 
     Device* device_;
     const BtfSet* set_;
@@ -271,29 +269,13 @@ TextureModel Fitting::field(const Image& surface) const {
     return model;
 }
 
-BtfModel Fitting::described() const {
-    BtfModel model;
-    const BtfDescription& set = set_->description();
-    model.size = set.size;
-    model.colours = set.planes;
-    model.space = set.space;
-    model.names = set.names;
-    model.white = set.white;
-    model.views = set.views;
-    model.lights = set.lights;
-    model.pictures = set_->pictures().size();
-    model.picture_bytes = model.pictures * area(set.size) * static_cast<std::uint64_t>(set.planes);
-    model.file_bytes = set.bytes;
-    return model;
-}
-
 BtfFit Fitting::run() {
     check_memory();
     Relieved found = relief();
     tell("relief", 1.0);
     const std::vector<JointView> views = read_views();
     BtfFit fit;
-    fit.model = described();
+    describe(fit.model, *set_);
     fit.model.relief = found.from;
     const bool level = !height_varies(found.height);
     if (options_->scale)

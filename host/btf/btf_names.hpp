@@ -1,7 +1,9 @@
 #pragma once
 
+#include "btfield/btf_measured.hpp"
 #include "btfield/btf_output.hpp"
 #include "btfield/btf_set.hpp"
+#include "btfield/btf_textures.hpp"
 #include "host/base/names.hpp"
 
 namespace btfield::detail {
@@ -25,6 +27,20 @@ struct Names<BtfCoding> {
                                                                   {BtfCoding::srgb, "srgb"},
                                                                   {BtfCoding::gamma, "gamma"},
                                                                   {BtfCoding::linear, "linear"}});
+};
+
+template <>
+struct Names<BtfMethod> {
+    static constexpr std::string_view what = "method";
+    static constexpr auto words = std::to_array<Word<BtfMethod>>(
+        {{BtfMethod::joint, "joint"}, {BtfMethod::segment, "segment"}, {BtfMethod::each, "each"}});
+};
+
+template <>
+struct Names<BtfMatch> {
+    static constexpr std::string_view what = "match";
+    static constexpr auto words =
+        std::to_array<Word<BtfMatch>>({{BtfMatch::means, "means"}, {BtfMatch::none, "none"}});
 };
 
 }  // namespace btfield::detail

@@ -19,20 +19,40 @@ std::vector<DirectionPair> kept_pairs(const BtfModel& model) {
 
 }  // namespace
 
-BtfDirection light_of(const BtfModel& model, std::size_t pair) {
+BtfDirection light_of(const BtfMeasured& model, std::size_t pair) {
     if (!model.true_lights.empty()) return model.true_lights[pair];
     return model.lights[static_cast<std::size_t>(model.pairs[pair].light)];
 }
 
-std::vector<DirectionPair> direction_pairs(const BtfModel& model) {
+std::vector<DirectionPair> direction_pairs(const BtfMeasured& model) {
     std::vector<DirectionPair> pairs(model.pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
         pairs[i] = {model.views[static_cast<std::size_t>(model.pairs[i].view)], light_of(model, i)};
     return pairs;
 }
 
+MeasuredDirections::MeasuredDirections(const BtfMeasured& model)
+    : white_(model.white), pairs_(direction_pairs(model)), points_(pairs_) {}
+
+std::vector<double> MeasuredDirections::light(const std::vector<PairWeight>& of, const BtfDirection& light,
+                                              const std::vector<float>& table) const {
+    const std::size_t values = table.size() / pairs_.size();
+    std::vector<double> result(values);
+    for (const PairWeight& each : of) {
+        const double upward = std::cos(pairs_[each.pair].light.theta);
+        for (std::size_t i = 0; i < values; ++i) {
+            // A black picture is nearly so.
+            const double value = std::max(static_cast<double>(table[each.pair * values + i]), 1e-7 * white_);
+            result[i] += each.weight * std::log(value / upward);
+        }
+    }
+    const double upward = std::cos(std::min(light.theta, points_.steepest_light()));
+    for (double& value : result) value = std::exp(value) * upward;
+    return result;
+}
+
 DirectionTable::DirectionTable(const BtfModel& model)
-    : model_(&model), measured_(direction_pairs(model)), kept_(kept_pairs(model)) {}
+    : model_(&model), measured_(model), kept_(kept_pairs(model)) {}
 
 double depth_of_contrast(double contrast, double skewness, double kurtosis) {
     if (!(contrast > 0.0)) return 0.0;
@@ -73,25 +93,17 @@ std::int8_t kept_contrast(double contrast, double length) {
 PictureWeights DirectionTable::weights(const BtfDirection& view, const BtfDirection& light) const {
     const BtfTables& tables = model_->tables;
     const auto colours = static_cast<std::size_t>(model_->colours), planes = tables.weight_units.size();
-    PictureWeights result{std::vector<double>(colours), std::vector<double>(colours),
+    const std::vector<PairWeight> near = measured_.points().interpolate({view, light});
+    PictureWeights result{measured_.light(near, light, tables.mean), std::vector<double>(colours),
                           std::vector<double>(colours), interpolated({view, light})};
-    for (const PairWeight& of : measured_.interpolate({view, light})) {
-        const double upward = std::cos(light_of(*model_, of.pair).theta);
-        for (std::size_t c = 0; c < colours; ++c) {
-            const std::size_t row = of.pair * colours + c;
-            // The logarithm of what a matt surface would have everywhere. A black picture is nearly so.
-            const double mean = std::max(static_cast<double>(tables.mean[row]), 1e-7 * model_->white);
-            result.mean[c] += of.weight * std::log(mean / upward);
-            result.contrast[c] += of.weight * contrast_unit * tables.contrast[row];
-        }
-    }
-    const double upward = std::cos(std::min(light.theta, measured_.steepest_light()));
+    for (const PairWeight& of : near)
+        for (std::size_t c = 0; c < colours; ++c)
+            result.contrast[c] += of.weight * contrast_unit * tables.contrast[of.pair * colours + c];
     for (std::size_t c = 0; c < colours; ++c) {
         const std::span<double> own = std::span(result.weights).subspan(c * planes, planes);
         double squares = 0.0;
         for (const double weight : own) squares += weight * weight;
         const double length = std::sqrt(squares);
-        result.mean[c] = std::exp(result.mean[c]) * upward;
         result.contrast[c] = 2.0 * length * std::exp(result.contrast[c]);
         const double y = depth_of_contrast(result.contrast[c], 0.0, 3.0);
         result.offsets[c] = 1.0 / std::sqrt(1.0 + y * y);

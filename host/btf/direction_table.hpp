@@ -27,9 +27,27 @@ struct PictureWeights {
 /// A contrast as the tables have it.
 [[nodiscard]] std::int8_t kept_contrast(double contrast, double length);
 
-[[nodiscard]] BtfDirection light_of(const BtfModel& model, std::size_t pair);
+[[nodiscard]] BtfDirection light_of(const BtfMeasured& model, std::size_t pair);
 /// Directions of the model's pairs.
-[[nodiscard]] std::vector<DirectionPair> direction_pairs(const BtfModel& model);
+[[nodiscard]] std::vector<DirectionPair> direction_pairs(const BtfMeasured& model);
+
+/// The pairs of a model, and what is known of all of them.
+class MeasuredDirections {
+  public:
+    explicit MeasuredDirections(const BtfMeasured& model);
+    [[nodiscard]] const DirectionPoints& points() const { return points_; }
+    /// Light between pairs: the logarithm of what it would be of a matt surface that has it everywhere.
+    /// \param of     DirectionPoints::interpolate()
+    /// \param light  where it is asked for
+    /// \param table  [pair][values], from 0 on
+    [[nodiscard]] std::vector<double> light(const std::vector<PairWeight>& of, const BtfDirection& light,
+                                            const std::vector<float>& table) const;
+
+  private:
+    double white_;
+    std::vector<DirectionPair> pairs_;
+    DirectionPoints points_;
+};
 
 class DirectionTable {
   public:
@@ -39,14 +57,15 @@ class DirectionTable {
     /// Σ_k U_k² of each colour.
     [[nodiscard]] std::vector<double> squared_lengths(const DirectionPair& at) const;
     /// Where means and contrasts are known.
-    [[nodiscard]] const DirectionPoints& measured() const { return measured_; }
+    [[nodiscard]] const DirectionPoints& measured() const { return measured_.points(); }
 
   private:
     /// U, [colour][plane].
     [[nodiscard]] std::vector<double> interpolated(const DirectionPair& at) const;
 
     const BtfModel* model_;
-    DirectionPoints measured_, kept_;
+    MeasuredDirections measured_;
+    DirectionPoints kept_;
 };
 
 }  // namespace btfield::detail

@@ -12,6 +12,8 @@
 #include "btfield/device.hpp"
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/btf/btf_names.hpp"
+#include "host/cli/btf_fit_textures.hpp"
 #include "host/cli/btf_parts.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/model_report.hpp"
@@ -32,7 +34,10 @@ constexpr const char* asked_fit = "fit a BTF";
 struct BtfFitArguments {
     std::string set, output, height, device;
     BtfOptions reading;
+    BtfMethod method = BtfMethod::joint;
     BtfFitOptions fit;
+    std::optional<int> clusters, jobs;
+    std::optional<BtfMatch> match;
     std::optional<double> height_scale;
     bool overwrite = false, json = false;
 };
@@ -190,6 +195,54 @@ void run_fit(const BtfFitArguments& given) {
     }
 }
 
+/// Options that some methods have no use for.
+struct MethodOption {
+    std::string name;
+    std::vector<BtfMethod> methods;
+};
+const std::vector<MethodOption>& method_options() {
+    using enum BtfMethod;
+    static const std::vector<MethodOption> options{
+        {"--planes", {joint}},        {"--height", {joint}},   {"--height-scale", {joint}},
+        {"--find-scale", {joint}},    {"--periodic", {joint}}, {"--clusters", {segment}},
+        {"--match", {segment, each}}, {"--jobs", {each}},
+    };
+    return options;
+}
+
+/// What the command line has against the method.
+void check_method(const CLI::App& command, BtfMethod method) {
+    for (const MethodOption& option : method_options()) {
+        if (command.count(option.name) == 0 || std::ranges::count(option.methods, method) > 0) continue;
+        std::string methods;
+        for (const BtfMethod of : option.methods)
+            methods += (methods.empty() ? "" : " or ") + std::string(name(of));
+        throw UsageError(option.name + " goes with --method " + methods + ", not with " +
+                         std::string(name(method)));
+    }
+}
+
+TexturesFitArguments textures_arguments(const CLI::App& command, const BtfFitArguments& options) {
+    TexturesFitArguments arguments{.set = options.set,
+                                   .output = options.output,
+                                   .device = options.device,
+                                   .reading = options.reading,
+                                   .fit = BtfTexturesOptions(options.method),
+                                   .overwrite = options.overwrite,
+                                   .json = options.json};
+    BtfTexturesOptions& fit = arguments.fit;
+    FitOptions field = options.fit.field;
+    // What was not asked for is the method's.
+    if (command.count("--model") == 0) field.model = fit.field.model;
+    if (command.count("--order") == 0) field.order = fit.field.order;
+    fit.field = field;
+    fit.leave_out = options.fit.leave_out;
+    fit.clusters = options.clusters.value_or(fit.clusters);
+    fit.jobs = options.jobs.value_or(fit.jobs);
+    fit.match = options.match.value_or(fit.match);
+    return arguments;
+}
+
 }  // namespace
 
 void add_btf_fit(CLI::App& parent, Action& action) {
@@ -202,7 +255,16 @@ void add_btf_fit(CLI::App& parent, Action& action) {
         ->required()
         ->type_name("MODEL");
     BtfFitOptions& fit = options->fit;
-    add_int(*command, "--planes", fit.planes, 1, 60, "planes of the surface (default: 16)");
+    add_choice(*command, "--method", options->method,
+               "joint: planes of the surface that all pictures share; segment: a texture for each cluster of "
+               "pictures; each: one for each picture (default: joint)");
+    add_int(*command, "--planes", fit.planes, 1, 60, "joint: planes of the surface (default: 16)");
+    add_int(*command, "--clusters", options->clusters, 1, 128, "segment: textures (default: 20)");
+    add_choice(*command, "--match", options->match,
+               "segment, each: what directions have of their own: mean and contrast, or nothing (default: "
+               "means)");
+    add_int(*command, "--jobs", options->jobs, 1, 1024,
+            "each: pictures that are fitted at a time (default: as many as there are cores)");
     add_int(*command, "--leave-out", fit.leave_out, 0, 1 << 20,
             "do not show a picture in n to the fit, and tell how well those are made up");
     command
@@ -227,6 +289,11 @@ void add_btf_fit(CLI::App& parent, Action& action) {
                    "opposite edges of the pictures continue each other: they tile")
         ->group(relief);
     add_selection(*command, fit.field);
+    command->get_option("--model")->description(
+        "random field; see docs/models.md for which to choose; auto: 2D or 3D by kappa, the rest by BIC "
+        "(default: 3d-car, of segment 3d-msar)");
+    command->get_option("--order")->description(
+        "order of the neighbourhood, 1 to 8; auto: by BIC (default: 3, of segment 2)");
     add_choice(*command, "--estimator", fit.field.estimator,
                "least squares, exact maximum likelihood, or the first where it is valid (default: auto)");
     add_btf_reading(*command, options->reading);
@@ -236,8 +303,18 @@ void add_btf_fit(CLI::App& parent, Action& action) {
     set_guide(*command, {.usual = {{"btfield btf fit set/ -o rock.btfm"}},
                          .more = {{"btfield btf fit set/ -o rock.btfm --periodic --leave-out 10",
                                    "a made set, which tiles, and how well directions between are made up"},
-                                  {"btfield btf fit cloth/ -o cloth.btfm --planes 24 --crop 0,0,256,256"}}});
-    command->callback([options, &action] { action = [options] { run_fit(*options); }; });
+                                  {"btfield btf fit cloth/ -o cloth.btfm --planes 24 --crop 0,0,256,256"},
+                                  {"btfield btf fit set/ -o few.btfm --method segment --clusters 10"},
+                                  {"btfield btf fit set/ -o all.btfm --method each",
+                                   "goes on where a run was that did not end"}}});
+    command->callback([command, options, &action] {
+        check_method(*command, options->method);
+        if (options->method == BtfMethod::joint) {
+            action = [options] { run_fit(*options); };
+            return;
+        }
+        action = [arguments = textures_arguments(*command, *options)] { run_textures_fit(arguments); };
+    });
 }
 
 }  // namespace btfield::cli

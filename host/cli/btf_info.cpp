@@ -3,9 +3,12 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <variant>
 
 #include "btfield/btf_model.hpp"
+#include "btfield/btf_textures.hpp"
 #include "host/base/text.hpp"
+#include "host/cli/btf_fit_textures.hpp"
 #include "host/cli/btf_parts.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/model_report.hpp"
@@ -41,6 +44,7 @@ double ratio(std::uint64_t of, std::uintmax_t bytes) {
 Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
     Json object;
     object["format"] = "model";
+    object["method"] = "joint";
     object["size"] = size_json(model.size);
     object["planes"] = model.colours;
     object["views"] = model.views.size();
@@ -95,8 +99,16 @@ bool names_model(const std::string& file) {
 
 void run_info(const InfoArguments& options) {
     if (names_model(options.set)) {
-        const BtfModel model = read_btf_model(options.set);
+        const std::variant<BtfModel, BtfTextures> read = read_any_btf(options.set);
         const std::uintmax_t bytes = model_file_bytes(options.set);
+        if (const auto* textures = std::get_if<BtfTextures>(&read)) {
+            if (options.json)
+                emit_json(textures_json(*textures, bytes));
+            else
+                emit_text(textures_text(*textures, bytes));
+            return;
+        }
+        const auto& model = std::get<BtfModel>(read);
         if (options.json)
             emit_json(btf_model_json(model, bytes));
         else

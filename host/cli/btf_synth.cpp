@@ -1,11 +1,15 @@
+#include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "btfield/btf_model.hpp"
+#include "btfield/btf_textures.hpp"
 #include "btfield/device.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
@@ -31,20 +35,47 @@ struct BtfSynthArguments {
     BtfWritingArguments writing;
 };
 
-/// All pictures of a grown surface in the directions of its model.
+/// What was grown of a model, whichever method it is of.
+struct GrownBtf {
+    BtfMeasured measured;
+    Size size;
+    bool tileable = true;
+    Image surface;  ///< height and planes; nothing of textures
+    std::function<Image(const BtfDirection& view, const BtfDirection& light)> picture;
+};
+
+GrownBtf grown_surface(Device& device, const BtfModel& model, const BtfSynthArguments& options) {
+    const auto grown = std::make_shared<const BtfSynthesiser>(
+        device, model, options.size.value_or(model.size), options.seed, options.allow_invalid);
+    return {
+        model, grown->size(), grown->tileable(), grown->surface(),
+        [grown](const BtfDirection& view, const BtfDirection& light) { return grown->picture(view, light); }};
+}
+
+GrownBtf grown_textures(Device& device, const BtfTextures& model, const BtfSynthArguments& options) {
+    const auto grown = std::make_shared<const BtfTextureSynthesiser>(
+        device, model, options.size.value_or(model.size), options.seed, options.allow_invalid);
+    return {
+        model, grown->size(), grown->tileable(), Image(),
+        [grown](const BtfDirection& view, const BtfDirection& light) { return grown->picture(view, light); }};
+}
+
+/// All pictures of what was grown in the directions of its model.
 class GrownSet : public BtfSource {
   public:
-    GrownSet(const BtfModel& model, std::shared_ptr<const BtfSynthesiser> grown) : grown_(std::move(grown)) {
+    explicit GrownSet(const GrownBtf& grown) : grown_(&grown) {
+        const BtfMeasured& model = grown.measured;
         description_.format = "grown";
-        description_.size = grown_->size();
+        description_.size = grown.size;
         description_.planes = model.colours;
         description_.space = model.space;
         description_.names = model.names;
         description_.white = model.white;
         description_.views = model.views;
         description_.lights = model.lights;
-        description_.height = Image(grown_->size(), 1);
-        std::ranges::copy(grown_->surface().plane(0), description_.height.values().begin());
+        if (grown.surface.planes() == 0) return;
+        description_.height = Image(grown.size, 1);
+        std::ranges::copy(grown.surface.plane(0), description_.height.values().begin());
     }
     [[nodiscard]] const BtfDescription& description() const override { return description_; }
     [[nodiscard]] Image picture(int view, int light) const override {
@@ -53,7 +84,7 @@ class GrownSet : public BtfSource {
     }
 
   private:
-    std::shared_ptr<const BtfSynthesiser> grown_;
+    const GrownBtf* grown_;
     BtfDescription description_;
 };
 
@@ -64,19 +95,19 @@ void check_arguments(const BtfSynthArguments& options) {
     if (direction && !(options.view && options.light)) throw UsageError("--view and --light go together");
 }
 
-std::string tiling(const BtfSynthesiser& grown) {
-    return grown.tileable() ? "Opposite edges continue each other: it tiles.\n" : "It does not tile.\n";
+std::string tiling(const GrownBtf& grown) {
+    return grown.tileable ? "Opposite edges continue each other: it tiles.\n" : "It does not tile.\n";
 }
 
-void finish(const BtfSynthArguments& options, Json object, const std::string& text,
-            const BtfSynthesiser& grown, const Device& device, double set_up, const Stopwatch& total) {
+void finish(const BtfSynthArguments& options, Json object, const std::string& text, const GrownBtf& grown,
+            const Device& device, double set_up, const Stopwatch& total) {
     if (!options.json) {
         emit_result(text + tiling(grown));
         return;
     }
-    object["size"] = size_json(grown.size());
+    object["size"] = size_json(grown.size);
     object["seeds"] = Json::array({options.seed});
-    object["tileable"] = grown.tileable();
+    object["tileable"] = grown.tileable;
     object["device"] = device.info().name;
     object["seconds"]["setup"] = set_up;
     object["seconds"]["total"] = total.seconds();
@@ -87,24 +118,30 @@ void run_synth(const BtfSynthArguments& options) {
     const Stopwatch total;
     check_arguments(options);
     preload_picture_formats();
-    const BtfModel model = read_btf_model(options.model);
-    const Size size = options.size.value_or(model.size);
+    const std::variant<BtfModel, BtfTextures> model = read_any_btf(options.model);
+    const auto* const joint = std::get_if<BtfModel>(&model);
+    if (options.surface && !joint)
+        throw InputError("write the surface of '" + options.model + "'",
+                         "it holds textures of pictures, not planes of a surface",
+                         "use a model of the method joint");
+    const int colours = joint ? joint->colours : std::get<BtfTextures>(model).colours;
     const std::string& output = options.writing.output;
     if (!options.all) {
         RunFiles files(options.writing.overwrite, options.json);
         files.reads(options.model, "that is the model");
         files.writes(output);
-        check_writable(output, options.surface ? model.planes() + 1 : model.colours,
+        check_writable(output, options.surface ? joint->planes() + 1 : colours,
                        options.surface ? PixelType::float32 : PixelType::uint8, options.writing.how.type);
     }
     Device device(options.device);
-    const auto grown =
-        std::make_shared<const BtfSynthesiser>(device, model, size, options.seed, options.allow_invalid);
+    const GrownBtf grown = joint ? grown_surface(device, *joint, options)
+                                 : grown_textures(device, std::get<BtfTextures>(model), options);
+    const Size size = grown.size;
     const double set_up = total.seconds();
     Json object;
     object["outputs"] = Json::array({output});
     if (options.all) {
-        const BtfSet set(std::make_shared<const GrownSet>(model, grown));
+        const BtfSet set(std::make_shared<const GrownSet>(grown));
         BtfWritingArguments writing = options.writing;
         check_btf_writing(writing, {options.model}, set.description());
         const BtfWriteReport report = write_told(writing, set);
@@ -114,26 +151,26 @@ void run_synth(const BtfSynthArguments& options) {
         finish(options, std::move(object),
                "wrote " + output + ": " + std::to_string(report.pictures) + " pictures of " +
                    detail::text_of(size) + " pixels, seed " + std::to_string(options.seed) + "\n",
-               *grown, device, set_up, total);
+               grown, device, set_up, total);
         return;
     }
     WriteOptions how;
     how.type = options.writing.how.type;
     if (options.surface) {
-        Image surface = grown->surface();
+        Image surface = grown.surface;
         std::vector<std::string> names{"height"};
         for (int k = 1; k < surface.planes(); ++k) names.push_back("T" + std::to_string(k));
         surface.set_names(names);
         how.source = PixelType::float32;
         object["clamped_pixels"] = write_picture(output, surface, how).clamped_pixels;
         finish(options, std::move(object),
-               "wrote " + output + ": height in pixels and " + detail::counted(model.planes(), "plane") +
+               "wrote " + output + ": height in pixels and " + detail::counted(joint->planes(), "plane") +
                    ", " + detail::text_of(size) + " pixels, seed " + std::to_string(options.seed) + "\n",
-               *grown, device, set_up, total);
+               grown, device, set_up, total);
         return;
     }
     const Stopwatch showing;
-    Image picture = grown->picture(*options.view, *options.light);
+    Image picture = grown.picture(*options.view, *options.light);
     const double seconds = showing.seconds();
     const auto exposure = static_cast<float>(options.writing.how.exposure);
     for (float& value : picture.values()) value *= exposure;
@@ -145,7 +182,7 @@ void run_synth(const BtfSynthArguments& options) {
     if (report.clamped_pixels > 0)
         text += detail::counted(report.clamped_pixels, "pixel") +
                 " are brighter than white and were clamped; a lower --exposure keeps them.\n";
-    finish(options, std::move(object), text, *grown, device, set_up, total);
+    finish(options, std::move(object), text, grown, device, set_up, total);
 }
 
 void add_direction(CLI::App& app, const std::string& name, std::optional<BtfDirection>& value,

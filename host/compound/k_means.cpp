@@ -24,22 +24,27 @@ constexpr double clearly_less = 0.99;
 constexpr int seeding_tries = 3;
 constexpr std::uint8_t no_label = 255;
 constexpr size_t block_pixels = 4096, chunk = 256;
-constexpr std::int32_t region_bits = most_regions - 1;
-static_assert((most_regions & region_bits) == 0);
+static_assert(std::has_single_bit(static_cast<unsigned>(most_regions)) && most_means < no_label);
+
+/// Last bits of a distance that the region has: as many as most_regions takes, more where there are more.
+std::int32_t key_bits(int regions) {
+    return static_cast<std::int32_t>(std::bit_ceil(static_cast<unsigned>(std::max(regions, most_regions)))) -
+           1;
+}
 constexpr float far_away = std::numeric_limits<float>::max();
 
 /// A squared distance, its last bits those of the region: the least of such numbers tells both.
-[[gnu::always_inline]] inline std::int32_t keyed(float distance, int region) {
-    return (std::bit_cast<std::int32_t>(distance) & ~region_bits) | region;
+[[gnu::always_inline]] inline std::int32_t keyed(float distance, std::int32_t bits, int region) {
+    return (std::bit_cast<std::int32_t>(distance) & ~bits) | region;
 }
 
-float distance_of(std::int32_t key) {
-    return std::bit_cast<float>(key & ~region_bits);
+float distance_of(std::int32_t key, std::int32_t bits) {
+    return std::bit_cast<float>(key & ~bits);
 }
 
 /// The least keys of `count` <= chunk pixels from `first` on.
 BTFIELD_WIDE void nearest_centres(const float* __restrict first, size_t stride, int planes,
-                                  const float* centres, int regions, size_t count,
+                                  const float* centres, int regions, std::int32_t bits, size_t count,
                                   std::int32_t* __restrict keys) {
     float sums[chunk];
     for (size_t i = 0; i < count; ++i) keys[i] = std::numeric_limits<std::int32_t>::max();
@@ -48,7 +53,7 @@ BTFIELD_WIDE void nearest_centres(const float* __restrict first, size_t stride, 
             const float a = centres[0], b = centres[1], c = centres[2];
             for (size_t i = 0; i < count; ++i) {
                 const float x = first[i] - a, y = first[stride + i] - b, z = first[2 * stride + i] - c;
-                keys[i] = std::min(keys[i], keyed(x * x + y * y + z * z, k));
+                keys[i] = std::min(keys[i], keyed(x * x + y * y + z * z, bits, k));
             }
             continue;
         }
@@ -57,7 +62,7 @@ BTFIELD_WIDE void nearest_centres(const float* __restrict first, size_t stride, 
             const float* __restrict plane = first + static_cast<size_t>(p) * stride;
             for (size_t i = 0; i < count; ++i) sums[i] += (plane[i] - centres[p]) * (plane[i] - centres[p]);
         }
-        for (size_t i = 0; i < count; ++i) keys[i] = std::min(keys[i], keyed(sums[i], k));
+        for (size_t i = 0; i < count; ++i) keys[i] = std::min(keys[i], keyed(sums[i], bits, k));
     }
 }
 
@@ -84,15 +89,15 @@ struct RegionSums {
 /// Adds pixels to the sums of their regions.
 /// \param planes  that many, which the compiler knows if Planes is above 0
 template <int Planes>
-void add_pixels(const float* first, size_t stride, size_t planes, const std::int32_t* keys, size_t count,
-                RegionSums& sums) {
+void add_pixels(const float* first, size_t stride, size_t planes, const std::int32_t* keys, std::int32_t bits,
+                size_t count, RegionSums& sums) {
     if constexpr (Planes > 0) planes = Planes;
     for (size_t i = 0; i < count; ++i) {
-        const auto region = static_cast<size_t>(keys[i] & region_bits);
+        const auto region = static_cast<size_t>(keys[i] & bits);
         double* sum = sums.values.data() + region * planes;
         for (size_t p = 0; p < planes; ++p) sum[p] += static_cast<double>(first[p * stride + i]);
         ++sums.counts[region];
-        sums.inertia += static_cast<double>(distance_of(keys[i]));
+        sums.inertia += static_cast<double>(distance_of(keys[i], bits));
     }
 }
 
@@ -105,22 +110,24 @@ RegionSums label_block(const PixelPlanes& planes, const std::vector<float>& cent
     sums.counts.assign(static_cast<size_t>(regions), 0);
     std::pair<float, size_t> farthest{-1.0F, first};
     std::array<std::int32_t, chunk> keys;
+    const std::int32_t bits = key_bits(regions);
     for (; first < end; first += chunk) {
         const size_t count = std::min(chunk, end - first);
         const float* pixels = planes.plane(0) + first;
-        nearest_centres(pixels, planes.pixels, planes.planes, centres.data(), regions, count, keys.data());
+        nearest_centres(pixels, planes.pixels, planes.planes, centres.data(), regions, bits, count,
+                        keys.data());
         if (d == 3)
-            add_pixels<3>(pixels, planes.pixels, d, keys.data(), count, sums);
+            add_pixels<3>(pixels, planes.pixels, d, keys.data(), bits, count, sums);
         else
-            add_pixels<0>(pixels, planes.pixels, d, keys.data(), count, sums);
+            add_pixels<0>(pixels, planes.pixels, d, keys.data(), bits, count, sums);
         for (size_t i = 0; i < count; ++i) {
-            const auto label = static_cast<std::uint8_t>(keys[i] & region_bits);
+            const auto label = static_cast<std::uint8_t>(keys[i] & bits);
             sums.changed |= label != labels[first + i];
             labels[first + i] = label;
         }
         const auto last = std::max_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(count));
-        if (distance_of(*last) > farthest.first)
-            farthest = {distance_of(*last), first + static_cast<size_t>(last - keys.begin())};
+        if (distance_of(*last, bits) > farthest.first)
+            farthest = {distance_of(*last, bits), first + static_cast<size_t>(last - keys.begin())};
     }
     sums.farthest.push_back(farthest);
     return sums;

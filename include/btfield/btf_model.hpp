@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "btfield/api.hpp"
+#include "btfield/btf_measured.hpp"
 #include "btfield/btf_set.hpp"
 #include "btfield/device.hpp"
 #include "btfield/fit.hpp"
@@ -38,16 +39,7 @@ struct BtfTables {
 };
 
 /// Everything that pictures of any direction need.
-struct BtfModel {
-    Size size;        ///< of the pictures
-    int colours = 0;  ///< planes of a picture
-    ColourSpace space = ColourSpace::linear;
-    std::vector<std::string> names;  ///< of the colours: empty, or one for each
-    double white = 1.0;              ///< value of a white diffuse surface
-    std::vector<BtfDirection> views, lights;
-    std::vector<BtfPair> pairs;  ///< of views and lights, those with a mean; ascending
-    /// Where light came from in each pair; empty: from the direction of its index.
-    std::vector<BtfDirection> true_lights;
+struct BtfModel : BtfMeasured {
     BtfTables tables;
     /// Of the relief, in pixels, and of the planes T.
     TextureModel surface;
@@ -55,8 +47,6 @@ struct BtfModel {
     double table_error = 0.0;   ///< share of it by which interpolated U are off, mean over pairs
     double scale_factor = 1.0;  ///< that the relief was multiplied with
     std::string relief;         ///< where it is from: "given", "set", "stereo" or "level"
-    std::uint64_t pictures = 0, picture_bytes = 0;  ///< of the set: number, and bytes at 8 bits a value
-    std::uint64_t file_bytes = 0;                   ///< of its files; 0: there were none
 
     [[nodiscard]] int planes() const { return static_cast<int>(tables.weight_units.size()); }
 };

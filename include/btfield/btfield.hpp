@@ -5,9 +5,11 @@
 /// that name the headers they need compile faster.
 
 #include "btfield/api.hpp"             // IWYU pragma: export
+#include "btfield/btf_measured.hpp"    // IWYU pragma: export
 #include "btfield/btf_model.hpp"       // IWYU pragma: export
 #include "btfield/btf_output.hpp"      // IWYU pragma: export
 #include "btfield/btf_set.hpp"         // IWYU pragma: export
+#include "btfield/btf_textures.hpp"    // IWYU pragma: export
 #include "btfield/certificate.hpp"     // IWYU pragma: export
 #include "btfield/compound.hpp"        // IWYU pragma: export
 #include "btfield/control_field.hpp"   // IWYU pragma: export

@@ -1,0 +1,122 @@
+#include "host/btf/btf_model_json.hpp"
+
+#include "host/base/half.hpp"
+#include "host/btf/btf_measured.hpp"
+#include "host/btf/btf_names.hpp"
+
+namespace btfield::detail {
+
+using namespace json_reading;
+using nlohmann::ordered_json;
+
+ordered_json bytes_value(std::vector<std::uint8_t> bytes, bool binary) {
+    return binary ? ordered_json::binary(std::move(bytes)) : ordered_json(base64(bytes));
+}
+
+std::vector<std::uint8_t> bytes_from(const json& value, const std::string& where, const Context& context) {
+    if (value.is_binary()) return value.get_binary();
+    return from_base64(text(value, where, context));
+}
+
+ordered_json halves_value(const std::vector<float>& values, bool binary) {
+    std::vector<std::uint16_t> halves;
+    halves.reserve(values.size());
+    for (const float value : values) halves.push_back(half_of_float(value));
+    return table_value(halves, binary);
+}
+
+std::vector<float> halves_from(const json& value, const std::string& where, const Context& context,
+                               std::size_t count) {
+    std::vector<float> values;
+    values.reserve(count);
+    for (const std::uint16_t half : table_from<std::uint16_t>(value, where, context, count)) {
+        if (half > 0x7bffU) fail(context, where + " holds a number that is negative or not finite");
+        values.push_back(float_of_half(half));
+    }
+    return values;
+}
+
+ordered_json directions_value(const std::vector<BtfDirection>& directions) {
+    ordered_json list = ordered_json::array();
+    for (const BtfDirection& d : directions) list.push_back({d.theta, d.phi});
+    return list;
+}
+
+BtfDirection direction_from(const json& value, const std::string& where, const Context& context) {
+    const std::vector<double> numbers = list(value, where, context, real);
+    if (numbers.size() != 2) fail(context, where + " is not theta and phi");
+    return {numbers[0], numbers[1]};
+}
+
+std::vector<std::uint8_t> bits_of(const std::vector<std::size_t>& meant, std::size_t count) {
+    std::vector<std::uint8_t> bytes((count + 7) / 8, 0);
+    for (const std::size_t i : meant) bytes[i / 8] = static_cast<std::uint8_t>(bytes[i / 8] | 1U << i % 8);
+    return bytes;
+}
+
+std::vector<std::size_t> bits_from(const json& value, const std::string& where, const Context& context,
+                                   std::size_t count) {
+    const auto bytes = table_from<std::uint8_t>(value, where, context, (count + 7) / 8);
+    std::vector<std::size_t> meant;
+    for (std::size_t i = 0; i < 8 * bytes.size(); ++i)
+        if ((static_cast<unsigned>(bytes[i / 8]) >> i % 8 & 1U) != 0) meant.push_back(i);
+    if (!meant.empty() && meant.back() >= count) fail(context, where + " means more than there are");
+    return meant;
+}
+
+void put_pairs(ordered_json& value, const BtfMeasured& model, bool binary) {
+    const std::size_t all = model.views.size() * model.lights.size();
+    if (model.pairs.size() < all) {
+        std::vector<std::size_t> present;
+        for (const BtfPair& pair : model.pairs) present.push_back(place_of(model, pair));
+        value["present"] = bytes_value(bits_of(present, all), binary);
+    }
+    if (model.true_lights.empty()) return;
+    ordered_json moved = ordered_json::array();
+    for (std::size_t i = 0; i < model.true_lights.size(); ++i) {
+        const BtfDirection& light = model.true_lights[i];
+        if (!(light == model.lights[static_cast<std::size_t>(model.pairs[i].light)]))
+            moved.push_back(ordered_json::array({i, light.theta, light.phi}));
+    }
+    value["moved_lights"] = std::move(moved);
+}
+
+void read_pairs(Object& object, BtfMeasured& model, const Context& context) {
+    const std::size_t lights = model.lights.size(), all = model.views.size() * lights;
+    if (all < 1 || all > most_possible_btf_pairs) fail(context, "it has no views or lights, or too many");
+    const auto add = [&](std::size_t place) {
+        model.pairs.push_back({static_cast<int>(place / lights), static_cast<int>(place % lights)});
+    };
+    if (object.has("present"))
+        for (const std::size_t place : bits_from(object.member("present"), "present", context, all))
+            add(place);
+    else
+        for (std::size_t place = 0; place < all; ++place) add(place);
+    if (!object.has("moved_lights")) return;
+    for (const BtfPair& pair : model.pairs)
+        model.true_lights.push_back(model.lights[static_cast<std::size_t>(pair.light)]);
+    const json& moved = array(object.member("moved_lights"), "moved_lights", context);
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+        const std::string where = element("moved_lights", i);
+        if (array(moved[i], where, context).size() != 3)
+            fail(context, where + " is not a pair, theta and phi");
+        const std::uint64_t pair = natural(moved[i][0], where, context);
+        if (pair >= model.pairs.size()) fail(context, where + " has a pair that is not there");
+        model.true_lights[pair] = {real(moved[i][1], where, context), real(moved[i][2], where, context)};
+    }
+}
+
+BtfMethod read_btf_method(Object& object, bool joint, const Context& context) {
+    const BtfMethod method = object.has("method") ? object.get_name<BtfMethod>("method") : BtfMethod::joint;
+    if (joint && method != BtfMethod::joint)
+        fail(context,
+             "it holds textures of pictures (method " + std::string(name(method)) +
+                 "), not planes of a surface",
+             "use a model of the method joint");
+    if (!joint && method == BtfMethod::joint)
+        fail(context, "it holds planes of a surface (method joint), not textures of pictures",
+             "use a model of the method segment or each");
+    return method;
+}
+
+}  // namespace btfield::detail
