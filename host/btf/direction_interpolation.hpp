@@ -35,6 +35,9 @@ class DirectionTable {
                                                    std::size_t count) const;
     [[nodiscard]] PictureWeights weights(const BtfDirection& view, const BtfDirection& light) const;
     [[nodiscard]] BtfDirection light_of(std::size_t pair) const;
+    /// Theta of the outermost rings.
+    [[nodiscard]] double steepest_view() const { return steepest_view_; }
+    [[nodiscard]] double steepest_light() const { return steepest_light_; }
 
   private:
     [[nodiscard]] DirectionPoint point(const BtfDirection& view, const BtfDirection& light) const;

@@ -5,8 +5,8 @@
 #ifdef BTFIELD_KERNEL_meet_relief
 // relief: [row][column], within [lowest, highest]. x right, y down, of each pixel, beyond the edges where the ray goes
 // there. Work-item (column, row).
-__kernel void meet_relief(__global const float* relief, float dx, float dy, float dz, float lowest, float highest,
-                          __global float* x, __global float* y, int width, int height) {
+__kernel void meet_relief(__global const float* relief, float dx, float dy, float dz, float lowest,
+                          float highest, __global float* x, __global float* y, int width, int height) {
     const int column = (int)get_global_id(0), row = (int)get_global_id(1);
     if (column >= width) return;
     const float t = distance_met(relief, column, row, dx, dy, dz, lowest, highest, width, height);
@@ -17,18 +17,11 @@ __kernel void meet_relief(__global const float* relief, float dx, float dy, floa
 #endif
 
 #ifdef BTFIELD_KERNEL_show_planes
-#ifndef BTFIELD_PLANES
-#error "BTFIELD_PLANES (planes of the surface, with zeros up to a multiple of 4) is not defined"
-#endif
+#include "btf/surface_planes.clh"
+
 #ifndef BTFIELD_COLOURS
 #error "BTFIELD_COLOURS is not defined"
 #endif
-
-inline float4 blend(__global const float* planes, size_t a, size_t b, size_t c, size_t d, float across, float down, int k) {
-    const float4 upper = mix(vload4(0, planes + a + k), vload4(0, planes + b + k), across);
-    const float4 lower = mix(vload4(0, planes + c + k), vload4(0, planes + d + k), across);
-    return mix(upper, lower, down);
-}
 
 // I = mean (offset + Σ_k U_k T_k)² at the places x, y. planes: [pixel of the surface][BTFIELD_PLANES]. table: of each
 // colour mean, offset, two zeros and U. picture: [colour][pixel]. Work-item (column, row).
@@ -37,16 +30,13 @@ __kernel void show_planes(__global const float* planes, __global const float* x,
     const int column = (int)get_global_id(0), row = (int)get_global_id(1);
     if (column >= width) return;
     const size_t pixel = (size_t)row * width + column;
-    const float place = wrapped(x[pixel], width), under = wrapped(y[pixel], height);
-    const int left = min((int)place, width - 1), top = min((int)under, height - 1);
-    const int right = left + 1 == width ? 0 : left + 1, bottom = top + 1 == height ? 0 : top + 1;
-    const size_t a = ((size_t)top * width + left) * BTFIELD_PLANES, b = ((size_t)top * width + right) * BTFIELD_PLANES;
-    const size_t c = ((size_t)bottom * width + left) * BTFIELD_PLANES, d = ((size_t)bottom * width + right) * BTFIELD_PLANES;
+    const Corners at = corners_of(wrapped(x[pixel], width), wrapped(y[pixel], height), width, height);
     float4 sums[BTFIELD_COLOURS];
     for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] = (float4)(0.0f);
     for (int k = 0; k < BTFIELD_PLANES; k += 4) {
-        const float4 value = blend(planes, a, b, c, d, place - (float)left, under - (float)top, k);
-        for (int i = 0; i < BTFIELD_COLOURS; ++i) sums[i] += value * vload4(0, table + i * (BTFIELD_PLANES + 4) + 4 + k);
+        const float4 value = blend(planes, &at, k);
+        for (int i = 0; i < BTFIELD_COLOURS; ++i)
+            sums[i] += value * vload4(0, table + i * (BTFIELD_PLANES + 4) + 4 + k);
     }
     for (int i = 0; i < BTFIELD_COLOURS; ++i) {
         __global const float* own = table + i * (BTFIELD_PLANES + 4);
