@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
@@ -21,6 +22,8 @@ using namespace detail;
 namespace {
 
 const std::string asked = "show a BTF";
+/// Of Rec. 709.
+constexpr double white_of_xyz[] = {0.95047, 1.0, 1.08883};
 
 void check_scene(const BtfScene& scene) {
     if (scene.size.width < 1 || scene.size.height < 1)
@@ -67,9 +70,9 @@ class BtfRenderer::Impl {
         if (scene.shape == BtfShape::plane) {
             image = shape_.plane(scene, seen, {1, 1, {lit_weights(table_, view, light)}});
         } else {
-            BtfScene in_units = scene;
-            in_units.background *= model_.white;
-            image = shape_.sphere(in_units, seen, sphere_table(table_, seen.camera.to, seen.light));
+            LitTable table = sphere_table(table_, seen.camera.to, seen.light);
+            table.background = grey(scene.background);
+            image = shape_.sphere(scene, seen, table);
         }
         const auto white = static_cast<float>(1.0 / model_.white);
         if (model_.white != 1.0)
@@ -82,6 +85,15 @@ class BtfRenderer::Impl {
     [[nodiscard]] bool tileable() const { return tileable_; }
 
   private:
+    [[nodiscard]] std::vector<double> grey(double share) const {
+        std::vector<double> result(static_cast<std::size_t>(model_.colours), share * model_.white);
+        if (model_.space == ColourSpace::xyz && model_.colours == 3) {
+            result[0] *= white_of_xyz[0];
+            result[2] *= white_of_xyz[2];
+        }
+        return result;
+    }
+
     BtfModel model_;
     Size tile_;
     bool tileable_;

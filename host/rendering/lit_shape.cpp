@@ -67,6 +67,8 @@ Buffer LitShape::upload(const LitTable& table) const {
     std::vector<float> values(row * colours * table.entries.size());
     for (std::size_t i = 0; i < table.entries.size(); ++i) {
         const PictureWeights& entry = table.entries[i];
+        for (std::size_t c = 0; c < table.background.size(); ++c)
+            values[(i * colours + c) * row + 2] = static_cast<float>(table.background[c]);
         if (entry.mean.empty()) continue;  // neither seen nor lit
         for (std::size_t c = 0; c < colours; ++c) {
             float* const own = values.data() + (i * colours + c) * row;
@@ -107,8 +109,8 @@ Image LitShape::sphere(const BtfScene& scene, const LitView& view, const LitTabl
                     float4(view.camera.right), float4(view.camera.up), float4(view.camera.to),
                     float4(view.light), static_cast<float>(sphere_radius(scene.size)),
                     static_cast<float>(radian), static_cast<float>(std::cos(view.steepest_view)),
-                    static_cast<float>(std::sin(view.steepest_view)), static_cast<float>(scene.background),
-                    picture, scene.size.width, scene.size.height);
+                    static_cast<float>(std::sin(view.steepest_view)), picture, scene.size.width,
+                    scene.size.height);
     device_->read(picture, image.values().data(), image.values().size_bytes());
     return image;
 }

@@ -12,12 +12,14 @@
 
 namespace btfield::detail {
 
-/// Entries of a table: of each colour log(μ / l_z), offset, and U.
+/// Entries of a table: of each colour log(μ / l_z), offset, background, and U.
 struct LitTable {
     /// [latitude from −90 to 90 degrees][longitude from 0 on] of a sphere; 1 × 1 of a plane.
     int longitudes = 1, latitudes = 1;
     /// Mean over l_z in place of its logarithm.
     std::vector<PictureWeights> entries;
+    /// Of a sphere, [colour].
+    std::vector<double> background{};
 };
 
 /// The camera and what light does beside the table.

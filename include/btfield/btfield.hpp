@@ -7,6 +7,8 @@
 #include "btfield/api.hpp"             // IWYU pragma: export
 #include "btfield/btf_model.hpp"       // IWYU pragma: export
 #include "btfield/btf_output.hpp"      // IWYU pragma: export
+#include "btfield/btf_page.hpp"        // IWYU pragma: export
+#include "btfield/btf_renderer.hpp"    // IWYU pragma: export
 #include "btfield/btf_set.hpp"         // IWYU pragma: export
 #include "btfield/certificate.hpp"     // IWYU pragma: export
 #include "btfield/compound.hpp"        // IWYU pragma: export

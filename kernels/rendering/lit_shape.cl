@@ -7,7 +7,7 @@
 #error "BTFIELD_COLOURS is not defined"
 #endif
 
-// Numbers of a table's entry: of each colour log(mean / l_z), offset, two zeros and U.
+// Numbers of a table's entry: of each colour log(mean / l_z), offset, background, zero and U.
 #define ROW (BTFIELD_PLANES + 4)
 #define ENTRY (BTFIELD_COLOURS * ROW)
 // Samples of a pixel along each axis at most.
@@ -108,7 +108,7 @@ __kernel void show_sphere(__global const float* relief, __global const float* pl
                           __global const float* table, int longitudes, int latitudes, int width, int height,
                           float lowest, float highest, float4 camera_right, float4 camera_up,
                           float4 camera_to, float4 light, float radius, float texels, float steepest_cosine,
-                          float steepest_sine, float background, __global float* picture, int columns,
+                          float steepest_sine, __global float* picture, int columns,
                           int rows) {
     const int column = (int)get_global_id(0), row = (int)get_global_id(1);
     if (column >= columns) return;
@@ -120,7 +120,7 @@ __kernel void show_sphere(__global const float* relief, __global const float* pl
     const float lit = at.x * light.x + at.y * light.y + at.z * light.z;
     if (coverage <= 0.0f || lit <= 0.0f) {
         for (int i = 0; i < BTFIELD_COLOURS; ++i)
-            picture[i * pixels + pixel] = (1.0f - coverage) * background;
+            picture[i * pixels + pixel] = (1.0f - coverage) * table[i * ROW + 2];
         return;
     }
     const Surface surface = {relief, planes, width, height, lowest, highest};
@@ -166,7 +166,7 @@ __kernel void show_sphere(__global const float* relief, __global const float* pl
                        0.5f * (float)(height - 1) - texels * near.latitude, dx, dy, dz, entry, squares);
         }
     for (int i = 0; i < BTFIELD_COLOURS; ++i)
-        picture[i * pixels + pixel] = (1.0f - coverage) * background + coverage * exp(entry[i * ROW]) * lit *
+        picture[i * pixels + pixel] = (1.0f - coverage) * table[i * ROW + 2] + coverage * exp(entry[i * ROW]) * lit *
                                                                            squares[i] /
                                                                            (float)(across * down);
 }

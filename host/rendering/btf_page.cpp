@@ -1,0 +1,223 @@
+#include "btfield/btf_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "btfield/error.hpp"
+#include "host/base/base64.hpp"
+#include "host/base/text.hpp"
+#include "host/btf/direction_grid.hpp"
+#include "host/btf/direction_interpolation.hpp"
+#include "host/rendering/direction_lattice.hpp"
+#include "host/rendering/page_texts.hpp"
+
+namespace btfield {
+
+using namespace detail;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Of the square of directions: odd, so that theta 0 is on it.
+constexpr int side = 13;
+
+using Bytes = std::vector<std::uint8_t>;
+
+void append_word(Bytes& bytes, int value) {
+    bytes.push_back(static_cast<std::uint8_t>(value & 0xFF));
+    bytes.push_back(static_cast<std::uint8_t>((value >> 8) & 0xFF));
+}
+
+/// The least and the largest value, and what their difference is a unit of; 0 where there is none.
+struct Bounds {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    void take(double value) {
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    [[nodiscard]] double range() const { return high - low; }
+    [[nodiscard]] int step(double value, int steps) const {
+        return range() > 0.0 ? static_cast<int>(std::lround((value - low) / range() * steps)) : 0;
+    }
+};
+
+Bounds bounds_of(std::span<const float> values) {
+    const auto [low, high] = std::ranges::minmax_element(values);
+    return {static_cast<double>(*low), static_cast<double>(*high)};
+}
+
+/// Whole numbers of a value that is 0 in the middle.
+double unit_of(double largest, int steps) {
+    return largest > 0.0 ? largest / steps : 1.0;
+}
+
+using Texts = std::vector<std::pair<std::string_view, std::string>>;
+
+/// Planes in 8 bits, four to a layer.
+std::string planes_data(const Image& surface, int planes, Json& told) {
+    const std::size_t pixels = area(surface.size());
+    Bytes bytes(pixels * static_cast<std::size_t>((planes + 3) / 4 * 4));
+    for (int k = 0; k < planes; ++k) {
+        const auto plane = surface.plane(k + 1);
+        const Bounds bounds = bounds_of(plane);
+        told["planeMiddle"].push_back(0.5 * (bounds.low + bounds.high));
+        told["planeRange"].push_back(bounds.range());
+        const std::size_t layer = static_cast<std::size_t>(k / 4) * pixels * 4;
+        for (std::size_t p = 0; p < pixels; ++p)
+            bytes[layer + 4 * p + static_cast<std::size_t>(k % 4)] =
+                static_cast<std::uint8_t>(bounds.step(static_cast<double>(plane[p]), 255));
+    }
+    return base64(bytes);
+}
+
+std::string height_data(const Image& surface, Json& told) {
+    const Bounds bounds = bounds_of(surface.plane(0));
+    told["heightLow"] = bounds.low;
+    told["heightStep"] = bounds.range() / 65535.0;
+    Bytes bytes;
+    for (const float value : surface.plane(0))
+        append_word(bytes, bounds.step(static_cast<double>(value), 65535));
+    return base64(bytes);
+}
+
+/// Logarithms of means and offsets in 16 bits, weights in 8.
+void add_table(const DirectionLattice& lattice, double white, Json& told, Texts& texts) {
+    Bounds means;
+    double largest = 0.0;
+    const std::size_t planes = told["planes"].get<std::size_t>();
+    std::vector<double> heaviest(planes);
+    for (const PictureWeights& entry : lattice.entries) {
+        for (const double mean : entry.mean) means.take(std::log(mean / white));
+        for (const double offset : entry.offsets) largest = std::max(largest, std::abs(offset));
+        for (std::size_t i = 0; i < entry.weights.size(); ++i)
+            heaviest[i % planes] = std::max(heaviest[i % planes], std::abs(entry.weights[i]));
+    }
+    const double unit = unit_of(largest, 32767);
+    for (double& weight : heaviest) weight = unit_of(weight, 127);
+    told["meanLow"] = means.low;
+    told["meanStep"] = means.range() / 65535.0;
+    told["offsetUnit"] = unit;
+    told["weightUnits"] = heaviest;
+    Bytes mean_bytes, offset_bytes, weight_bytes;
+    for (const PictureWeights& entry : lattice.entries) {
+        for (const double mean : entry.mean)
+            append_word(mean_bytes, means.step(std::log(mean / white), 65535));
+        for (const double offset : entry.offsets)
+            append_word(offset_bytes, static_cast<int>(std::lround(offset / unit)));
+        for (std::size_t i = 0; i < entry.weights.size(); ++i)
+            weight_bytes.push_back(
+                static_cast<std::uint8_t>(std::lround(entry.weights[i] / heaviest[i % planes]) & 0xFF));
+    }
+    texts.emplace_back("MEANS", base64(mean_bytes));
+    texts.emplace_back("OFFSETS", base64(offset_bytes));
+    texts.emplace_back("WEIGHTS", base64(weight_bytes));
+}
+
+Json degrees_of(const std::vector<BtfDirection>& directions) {
+    Json list = Json::array();
+    for (const BtfDirection& direction : directions) {
+        const auto rounded = [](double radians) { return std::round(degrees(radians) * 100.0) / 100.0; };
+        list.push_back(Json::array({rounded(direction.theta), rounded(direction.phi)}));
+    }
+    return list;
+}
+
+std::string html_text(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '<')
+            result += "&lt;";
+        else if (c == '&')
+            result += "&amp;";
+        else
+            result += c;
+    }
+    return result;
+}
+
+/// Nothing in it ends a script element.
+std::string script_json(const Json& object) {
+    std::string result;
+    for (const char c : object.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+        if (c == '<')
+            result += "\\u003c";
+        else
+            result += c;
+    }
+    return result;
+}
+
+/// The page, each {{NAME}} being the text of that name.
+std::string filled(std::string_view page, const Texts& texts) {
+    std::string result;
+    while (true) {
+        const std::size_t from = page.find("{{"), to = page.find("}}", from);
+        if (from == std::string_view::npos || to == std::string_view::npos) break;
+        const std::string_view name = page.substr(from + 2, to - from - 2);
+        const auto found = std::ranges::find(texts, name, &Texts::value_type::first);
+        result += page.substr(0, from);
+        if (found != texts.end()) result += found->second;
+        page.remove_prefix(to + 2);
+    }
+    return result += page;
+}
+
+void check_request(const BtfModel& model, const Image& surface, const BtfPageOptions& options) {
+    const std::string asked = "make a page of a BTF";
+    if (model.colours != 1 && model.colours != 3)
+        throw InputError(asked, "the model has " + counted(model.colours, "colour"),
+                         "pages show one or three; btf render writes others as EXR");
+    if (surface.planes() != model.planes() + 1)
+        throw InputError(asked, "the surface has " + counted(surface.planes(), "plane"),
+                         "give one that was grown of this model");
+    if (options.planes < 0 || options.planes > model.planes())
+        throw InputError(asked, counted(options.planes, "plane") + " are wanted",
+                         "the model has " + std::to_string(model.planes()));
+}
+
+}  // namespace
+
+std::string btf_page(const BtfModel& model, const BtfSynthesiser& grown, const BtfPageOptions& options) {
+    check(model);
+    const Image& surface = grown.surface();
+    check_request(model, surface, options);
+    const int planes = options.planes == 0 ? model.planes() : options.planes;
+    const DirectionTable table(model);
+    Json told;
+    told["title"] = options.title;
+    told["size"] = Json::array({surface.width(), surface.height()});
+    told["planes"] = planes;
+    told["colours"] = model.colours;
+    told["space"] = name(model.space);
+    told["background"] = 0.02;
+    told["pictures"] = model.pairs.size();
+    told["side"] = side;
+    told["steepestView"] = table.steepest_view();
+    told["steepestLight"] = table.steepest_light();
+    told["views"] = degrees_of(model.views);
+    told["lights"] = degrees_of(model.lights);
+    Texts texts;
+    texts.emplace_back("TITLE", html_text(options.title));
+    texts.emplace_back("STYLE", page_text("view_page.css"));
+    texts.emplace_back("FRAGMENT", page_text("view_page.glsl"));
+    texts.emplace_back("TABLE_SCRIPT", page_text("view_table.js"));
+    texts.emplace_back("PAINTER_SCRIPT", page_text("view_painter.js"));
+    texts.emplace_back("CONTROLS_SCRIPT", page_text("view_controls.js"));
+    texts.emplace_back("HEIGHT", height_data(surface, told));
+    texts.emplace_back("PLANES", planes_data(surface, planes, told));
+    add_table(direction_lattice(table, side, planes, options.progress), model.white, told, texts);
+    texts.emplace_back("MATERIAL", script_json(told));
+    return filled(page_text("view_page.html"), texts);
+}
+
+}  // namespace btfield
