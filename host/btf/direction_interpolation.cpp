@@ -71,6 +71,10 @@ DirectionTable::DirectionTable(const BtfModel& model) : model_(&model) {
         points_.push_back(point(model.views[static_cast<std::size_t>(model.pairs[i].view)], light_of(i)));
 }
 
+BtfDirection DirectionTable::view_of(std::size_t pair) const {
+    return model_->views[static_cast<std::size_t>(model_->pairs[pair].view)];
+}
+
 BtfDirection DirectionTable::light_of(std::size_t pair) const {
     if (!model_->true_lights.empty()) return model_->true_lights[pair];
     return model_->lights[static_cast<std::size_t>(model_->pairs[pair].light)];

@@ -34,6 +34,7 @@ class DirectionTable {
     [[nodiscard]] std::vector<TableWeight> nearest(const BtfDirection& view, const BtfDirection& light,
                                                    std::size_t count) const;
     [[nodiscard]] PictureWeights weights(const BtfDirection& view, const BtfDirection& light) const;
+    [[nodiscard]] BtfDirection view_of(std::size_t pair) const;
     [[nodiscard]] BtfDirection light_of(std::size_t pair) const;
     /// Theta of the outermost rings.
     [[nodiscard]] double steepest_view() const { return steepest_view_; }

@@ -15,9 +15,9 @@
 #include "btfield/error.hpp"
 #include "host/base/base64.hpp"
 #include "host/base/text.hpp"
-#include "host/btf/direction_grid.hpp"
 #include "host/btf/direction_interpolation.hpp"
 #include "host/rendering/direction_lattice.hpp"
+#include "host/rendering/lit_table.hpp"
 #include "host/rendering/page_texts.hpp"
 
 namespace btfield {
@@ -29,7 +29,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Of the square of directions: odd, so that theta 0 is on it.
-constexpr int side = 13;
+constexpr int side = 11;
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -61,7 +61,7 @@ double unit_of(double largest, int steps) {
     return largest > 0.0 ? largest / steps : 1.0;
 }
 
-using Texts = std::vector<std::pair<std::string_view, std::string>>;
+using Texts = std::vector<std::pair<std::string, std::string>>;
 
 /// Planes in 8 bits, four to a layer.
 std::string planes_data(const Image& surface, int planes, Json& told) {
@@ -90,45 +90,61 @@ std::string height_data(const Image& surface, Json& told) {
     return base64(bytes);
 }
 
-/// Logarithms of means and offsets in 16 bits, weights in 8.
-void add_table(const DirectionLattice& lattice, double white, Json& told, Texts& texts) {
+/// Logarithms of means over l_z, in shares of white, and offsets in 16 bits, weights in 8.
+void add_table(const std::string& name, std::span<const PictureWeights> entries, double white,
+               std::size_t planes, Json& told, Texts& texts) {
     Bounds means;
     double largest = 0.0;
-    const std::size_t planes = told["planes"].get<std::size_t>();
-    std::vector<double> heaviest(planes);
-    for (const PictureWeights& entry : lattice.entries) {
+    std::vector<double> units(planes);
+    for (const PictureWeights& entry : entries) {
         for (const double mean : entry.mean) means.take(std::log(mean / white));
         for (const double offset : entry.offsets) largest = std::max(largest, std::abs(offset));
         for (std::size_t i = 0; i < entry.weights.size(); ++i)
-            heaviest[i % planes] = std::max(heaviest[i % planes], std::abs(entry.weights[i]));
+            units[i % planes] = std::max(units[i % planes], std::abs(entry.weights[i]));
     }
     const double unit = unit_of(largest, 32767);
-    for (double& weight : heaviest) weight = unit_of(weight, 127);
+    for (double& each : units) each = unit_of(each, 127);
     told["meanLow"] = means.low;
     told["meanStep"] = means.range() / 65535.0;
     told["offsetUnit"] = unit;
-    told["weightUnits"] = heaviest;
+    told["weightUnits"] = units;
     Bytes mean_bytes, offset_bytes, weight_bytes;
-    for (const PictureWeights& entry : lattice.entries) {
+    for (const PictureWeights& entry : entries) {
         for (const double mean : entry.mean)
             append_word(mean_bytes, means.step(std::log(mean / white), 65535));
         for (const double offset : entry.offsets)
             append_word(offset_bytes, static_cast<int>(std::lround(offset / unit)));
         for (std::size_t i = 0; i < entry.weights.size(); ++i)
             weight_bytes.push_back(
-                static_cast<std::uint8_t>(std::lround(entry.weights[i] / heaviest[i % planes]) & 0xFF));
+                static_cast<std::uint8_t>(std::lround(entry.weights[i] / units[i % planes]) & 0xFF));
     }
-    texts.emplace_back("MEANS", base64(mean_bytes));
-    texts.emplace_back("OFFSETS", base64(offset_bytes));
-    texts.emplace_back("WEIGHTS", base64(weight_bytes));
+    texts.emplace_back(name + "_MEANS", base64(mean_bytes));
+    texts.emplace_back(name + "_OFFSETS", base64(offset_bytes));
+    texts.emplace_back(name + "_WEIGHTS", base64(weight_bytes));
 }
 
-Json degrees_of(const std::vector<BtfDirection>& directions) {
-    Json list = Json::array();
-    for (const BtfDirection& direction : directions) {
-        const auto rounded = [](double radians) { return std::round(degrees(radians) * 100.0) / 100.0; };
-        list.push_back(Json::array({rounded(direction.theta), rounded(direction.phi)}));
+/// The pairs' own values.
+std::vector<PictureWeights> measured_entries(const BtfModel& model, const DirectionTable& table,
+                                             std::size_t planes) {
+    std::vector<PictureWeights> entries;
+    for (std::size_t i = 0; i < model.pairs.size(); ++i)
+        entries.push_back(first_planes(lit_weights(table, i), planes));
+    return entries;
+}
+
+std::string pairs_data(const BtfModel& model) {
+    Bytes bytes;
+    for (const BtfPair& pair : model.pairs) {
+        append_word(bytes, pair.view);
+        append_word(bytes, pair.light);
     }
+    return base64(bytes);
+}
+
+Json angles_of(const std::vector<BtfDirection>& directions) {
+    Json list = Json::array();
+    for (const BtfDirection& direction : directions)
+        list.push_back(Json::array({direction.theta, direction.phi}));
     return list;
 }
 
@@ -200,12 +216,11 @@ std::string btf_page(const BtfModel& model, const BtfSynthesiser& grown, const B
     told["colours"] = model.colours;
     told["space"] = name(model.space);
     told["background"] = 0.02;
-    told["pictures"] = model.pairs.size();
     told["side"] = side;
     told["steepestView"] = table.steepest_view();
     told["steepestLight"] = table.steepest_light();
-    told["views"] = degrees_of(model.views);
-    told["lights"] = degrees_of(model.lights);
+    told["views"] = angles_of(model.views);
+    told["lights"] = angles_of(model.lights);
     Texts texts;
     texts.emplace_back("TITLE", html_text(options.title));
     texts.emplace_back("STYLE", page_text("view_page.css"));
@@ -215,7 +230,12 @@ std::string btf_page(const BtfModel& model, const BtfSynthesiser& grown, const B
     texts.emplace_back("CONTROLS_SCRIPT", page_text("view_controls.js"));
     texts.emplace_back("HEIGHT", height_data(surface, told));
     texts.emplace_back("PLANES", planes_data(surface, planes, told));
-    add_table(direction_lattice(table, side, planes, options.progress), model.white, told, texts);
+    if (!model.true_lights.empty()) told["trueLights"] = angles_of(model.true_lights);
+    const auto kept = static_cast<std::size_t>(planes);
+    add_table("LATTICE", direction_lattice(table, side, kept, options.progress).entries, model.white, kept,
+              told["lattice"], texts);
+    add_table("MEASURED", measured_entries(model, table, kept), model.white, kept, told["measured"], texts);
+    texts.emplace_back("MEASURED_PAIRS", pairs_data(model));
     texts.emplace_back("MATERIAL", script_json(told));
     return filled(page_text("view_page.html"), texts);
 }

@@ -41,22 +41,15 @@ std::array<double, 2> DirectionSquare::place(const BtfDirection& direction) cons
     return {half + x, half + y};
 }
 
-DirectionLattice direction_lattice(const DirectionTable& table, int side, int planes,
+DirectionLattice direction_lattice(const DirectionTable& table, int side, std::size_t planes,
                                    const std::function<void(double)>& progress) {
     DirectionLattice lattice{{side, table.steepest_view(), false}, {side, table.steepest_light(), true}, {}};
     const int count = lattice.views.count();
     lattice.entries.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(count));
     for (int v = 0; v < count; ++v) {
         for_each_block(count, [&](int l) {
-            PictureWeights weights = lit_weights(table, lattice.views.at(v), lattice.lights.at(l));
-            // The first planes alone.
-            const std::size_t colours = weights.mean.size(), all = weights.weights.size() / colours,
-                              kept = static_cast<std::size_t>(planes);
-            for (std::size_t c = 1; c < colours; ++c)
-                for (std::size_t k = 0; k < kept; ++k)
-                    weights.weights[c * kept + k] = weights.weights[c * all + k];
-            weights.weights.resize(colours * kept);
-            lattice.entries[static_cast<std::size_t>(v * count + l)] = std::move(weights);
+            lattice.entries[static_cast<std::size_t>(v * count + l)] =
+                first_planes(lit_weights(table, lattice.views.at(v), lattice.lights.at(l)), planes);
         });
         if (progress) progress((v + 1.0) / count);
     }

@@ -3,6 +3,7 @@
 // A table of directions on a lattice, for programs that interpolate in it at a glance (theory 21.6).
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace btfield::detail {
 /// Directions up to `steepest` on `side` × `side` points of a square, which the concentric map lays onto the
 /// disc of theta: rings of the square are those of theta.
 struct DirectionSquare {
-    int side = 13;  ///< odd: the middle is theta 0
+    int side = 1;  ///< odd: the middle is theta 0
     double steepest = 0.0;
     bool tangents = false;  ///< between two rings places go by tan theta, else by theta
 
@@ -33,7 +34,7 @@ struct DirectionLattice {
 };
 
 /// \param progress  with the share that is done
-[[nodiscard]] DirectionLattice direction_lattice(const DirectionTable& table, int side, int planes,
+[[nodiscard]] DirectionLattice direction_lattice(const DirectionTable& table, int side, std::size_t planes,
                                                  const std::function<void(double)>& progress);
 
 }  // namespace btfield::detail

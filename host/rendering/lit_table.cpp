@@ -19,6 +19,19 @@ constexpr double lowest = 0.5 * std::numbers::pi - 1e-3;
 
 }  // namespace
 
+PictureWeights lit_weights(const DirectionTable& table, std::size_t pair) {
+    return lit_weights(table, table.view_of(pair), table.light_of(pair));
+}
+
+PictureWeights first_planes(PictureWeights weights, std::size_t planes) {
+    const std::size_t colours = weights.mean.size(), all = weights.weights.size() / colours;
+    for (std::size_t c = 1; c < colours; ++c)
+        for (std::size_t k = 0; k < planes; ++k)
+            weights.weights[c * planes + k] = weights.weights[c * all + k];
+    weights.weights.resize(colours * planes);
+    return weights;
+}
+
 PictureWeights lit_weights(const DirectionTable& table, const BtfDirection& view, const BtfDirection& light) {
     PictureWeights weights = table.weights(view, light);
     const double upward = std::cos(std::min(light.theta, table.steepest_light()));

@@ -68,7 +68,7 @@ function fillDisc(disc, measured) {
   add(disc, "circle", { class: "disc", r: 1 });
   for (const theta of [30, 60]) add(disc, "circle", { class: "ring", r: theta / 90 });
   for (const [theta, phi] of measured) {
-    const [x, y] = onDisc({ theta: theta * DEGREE, phi: phi * DEGREE });
+    const [x, y] = onDisc({ theta, phi });
     add(disc, "circle", { class: "measured", r: 0.025, cx: x.toFixed(3), cy: (-y).toFixed(3) });
   }
   add(disc, "circle", { class: "here", r: 0.09 });
@@ -224,7 +224,7 @@ function begin() {
   fillDisc(byId("light-disc"), material.lights);
   fillDisc(byId("view-disc"), material.views);
   byId("about").textContent = `${material.size.join(" × ")} pixels, a relief of ${(65535 * material.heightStep).toFixed(1)} pixels ` +
-    `and ${material.planes} planes, learned from ${material.pictures} pictures.`;
+    `and ${material.planes} planes, learned from ${painter.pairs.squares.length} pictures.`;
   readAddress();
   listenToPointers();
   listenToDisc("light");

@@ -10,7 +10,9 @@ class Painter {
     this.canvas = canvas;
     this.gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("This browser has no WebGL 2, which the page needs, or has switched it off.");
-    this.table = new DirectionTable();
+    this.lattice = new DirectionLattice();
+    this.pairs = new MeasuredPairs();
+    this.layers = Math.ceil(material.planes / 4);
     const [width, height] = material.size;
     const words = wordsOf("height-data", false);
     this.heights = Float32Array.from(words, (word) => material.heightLow + material.heightStep * word);
@@ -20,7 +22,7 @@ class Painter {
   }
 
   setUp() {
-    const gl = this.gl, layers = this.table.layers, colours = material.colours;
+    const gl = this.gl, layers = this.layers, colours = material.colours;
     const vertex = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);\n" +
       "  gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n}\n";
     const fragment = `#version 300 es\n#define COLOURS ${colours}\n#define LAYERS ${layers}\n` +
@@ -77,20 +79,21 @@ class Painter {
     gl.uniform1i(this.place(name), unit);
   }
 
-  /** Entries of the directions at each place of the grid that is seen and lit, into the texture. */
+  /** Entries of the directions at each place of the grid that is seen and lit, into the texture. A plane has but one:
+      there is time for thin plates. */
   fillTable(state, camera, light) {
-    const gl = this.gl, sphere = state.shape === "sphere", table = this.table;
+    const gl = this.gl, sphere = state.shape === "sphere";
     const columns = sphere ? LONGITUDES : 1, rows = sphere ? LATITUDES : 1;
-    const layers = table.colours * (table.layers + 1), stride = 4 * columns * rows;
+    const layers = material.colours * (this.layers + 1), stride = 4 * columns * rows;
     if (!this.values || this.values.length !== layers * stride) this.values = new Float32Array(layers * stride);
     if (!sphere) {
-      table.write(state.view, state.light, this.values, 0, stride);
+      this.pairs.write(state.view, state.light, this.values, 0, stride);
     } else {
       this.frames = this.frames || Array.from({ length: columns * rows }, (_, i) =>
         placeFrame((TURN * (i % columns)) / columns, Math.PI * (Math.floor(i / columns) / (rows - 1) - 0.5)));
       this.frames.forEach((frame, i) => {
         if (dot(frame.out, camera.to) <= -BESIDE || dot(frame.out, light) <= -BESIDE) return;
-        table.write(seenFrom(frame, camera.to), seenFrom(frame, light), this.values, 4 * i, stride);
+        this.lattice.write(seenFrom(frame, camera.to), seenFrom(frame, light), this.values, 4 * i, stride);
       });
     }
     gl.activeTexture(gl.TEXTURE2);
