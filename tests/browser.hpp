@@ -8,9 +8,9 @@
 
 namespace btfield::test {
 
-/// Opens a copy of the page in headless Chromium, with WebGL in software, and returns what `script`, run at its
-/// end, gives for `result`: JSON. `troubles` has the errors that scripts threw and the console got.
+/// Opens a copy of the page in headless Chromium, with WebGL in software, and runs `script` at its end.
 /// \param address  what follows the file's name: "#light=45,90"
+/// \return `result`, which the script sets, and `troubles`: what scripts threw and the console was told
 [[nodiscard]] nlohmann::json in_browser(const std::filesystem::path& page, const std::string& script,
                                         const std::string& address = {},
                                         const std::string& window = "900,700");

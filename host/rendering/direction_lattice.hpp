@@ -1,6 +1,6 @@
 #pragma once
 
-// A table of directions on a lattice, for programs that interpolate in it at a glance (theory 21.6).
+// A table of directions on a lattice, for programs that interpolate in it at a glance (theory 22.2).
 
 #include <array>
 #include <cstddef>

@@ -1,6 +1,6 @@
 #pragma once
 
-// Planes of a surface on a plane or a sphere, as a camera sees them (theory 21.5).
+// Planes of a surface on a plane or a sphere, as a camera sees them (theory 22.1).
 
 #include <vector>
 

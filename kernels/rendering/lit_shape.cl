@@ -1,4 +1,4 @@
-// A material on a plane or a sphere under directional light, as an orthographic camera sees it (theory 21.5).
+// A material on a plane or a sphere under directional light, as an orthographic camera sees it (theory 22.1).
 
 #include "btf/relief_ray.clh"
 #include "btf/surface_planes.clh"

@@ -1,6 +1,6 @@
 #pragma once
 
-// Pixels of a material on a plane or a sphere in float64 (theory 21.5).
+// Pixels of a material on a plane or a sphere in float64 (theory 22.1).
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-// What the page holds: the material's planes and height, and tables of directions (theory 21.6).
+// What the page holds: the material's planes and height, and tables of directions (theory 22.2).
 
 const TURN = 2 * Math.PI;
 const DEGREE = Math.PI / 180;
