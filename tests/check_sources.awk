@@ -94,7 +94,7 @@ function check_include(text,    part, stem, room) {
     else if (part[1] == "btfield") room = room_of_header[stem]
     else if (FILENAME ~ /^kernels\//) room = part[1]
     if (part[1] != "host" && FILENAME ~ /^tests\//) return  # tests may use whatever is public
-    if (FILENAME ~ /^host\/(cli|experiment)\// && text ~ /^host\/(pictures|compound|relief|btf)\// && text !~ /(_names|pixel_values)\.hpp$/)
+    if (FILENAME ~ /^host\/(cli|experiment)\// && text ~ /^host\/(pictures|compound|relief|btf|rendering)\// && text !~ /(_names|pixel_values)\.hpp$/)
         defect(FILENAME, FNR, "includes " text, "with it a program gets a second copy of the room pictures, whose module is not beside it")
     own = own_rank()
     if (own > 0 && room in rank && rank[room] > own)

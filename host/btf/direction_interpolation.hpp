@@ -33,6 +33,8 @@ class DirectionPoints {
     /// The nearest pairs, nearest first, and their distances.
     [[nodiscard]] std::vector<PairWeight> nearest(const DirectionPair& at, std::size_t count) const;
     [[nodiscard]] const std::vector<DirectionPoint>& points() const { return points_; }
+    /// θ of the outermost rings.
+    [[nodiscard]] double steepest_view() const { return steepest_view_; }
     [[nodiscard]] double steepest_light() const { return steepest_light_; }
 
   private:

@@ -4,9 +4,13 @@
 #include <cmath>
 #include <span>
 
+#include "host/btf/spread_pixels.hpp"
+
 namespace btfield::detail {
 namespace {
 
+/// Pixels that tell the moments of sums of planes.
+constexpr std::size_t sampled_pixels = 4096;
 /// Contrasts from a quarter of 2 |U| to four times it.
 const double contrast_unit = std::log(4.0) / 127.0;
 
@@ -51,8 +55,31 @@ std::vector<double> MeasuredDirections::light(const std::vector<PairWeight>& of,
     return result;
 }
 
-DirectionTable::DirectionTable(const BtfModel& model)
-    : model_(&model), measured_(model), kept_(kept_pairs(model)) {}
+SampledPlanes::SampledPlanes(const Image& surface) : planes_(static_cast<std::size_t>(surface.planes() - 1)) {
+    for (const std::size_t pixel : spread_pixels(area(surface.size()), sampled_pixels))
+        for (std::size_t k = 0; k < planes_; ++k)
+            values_.push_back(surface.plane(static_cast<int>(k) + 1)[pixel]);
+}
+
+PlaneMoments SampledPlanes::moments(std::span<const double> weights) const {
+    std::vector<double> sums(values_.size() / planes_);
+    for (std::size_t p = 0; p < sums.size(); ++p)
+        for (std::size_t k = 0; k < planes_; ++k)
+            sums[p] += weights[k] * static_cast<double>(values_[p * planes_ + k]);
+    return plane_moments(std::span<const double>(sums));
+}
+
+PlaneTone plane_tone(const PlaneMoments& moments, double contrast) {
+    if (!(moments.deviation > 0.0)) return {};
+    const double y = depth_of_contrast(contrast, moments.skewness, moments.kurtosis);
+    const double root = 1.0 / std::sqrt(1.0 + y * y), slope = root * y / moments.deviation;
+    return {root - slope * moments.mean, slope};
+}
+
+DirectionTable::DirectionTable(const BtfModel& model, const Image* surface)
+    : model_(&model), measured_(model), kept_(kept_pairs(model)) {
+    if (surface != nullptr) planes_.emplace(*surface);
+}
 
 double depth_of_contrast(double contrast, double skewness, double kurtosis) {
     if (!(contrast > 0.0)) return 0.0;
@@ -95,7 +122,7 @@ PictureWeights DirectionTable::weights(const BtfDirection& view, const BtfDirect
     const auto colours = static_cast<std::size_t>(model_->colours), planes = tables.weight_units.size();
     const std::vector<PairWeight> near = measured_.points().interpolate({view, light});
     PictureWeights result{measured_.light(near, light, tables.mean), std::vector<double>(colours),
-                          std::vector<double>(colours), interpolated({view, light})};
+                          interpolated({view, light}), std::vector<double>(colours)};
     for (const PairWeight& of : near)
         for (std::size_t c = 0; c < colours; ++c)
             result.contrast[c] += of.weight * contrast_unit * tables.contrast[of.pair * colours + c];
@@ -105,10 +132,10 @@ PictureWeights DirectionTable::weights(const BtfDirection& view, const BtfDirect
         for (const double weight : own) squares += weight * weight;
         const double length = std::sqrt(squares);
         result.contrast[c] = 2.0 * length * std::exp(result.contrast[c]);
-        const double y = depth_of_contrast(result.contrast[c], 0.0, 3.0);
-        result.offsets[c] = 1.0 / std::sqrt(1.0 + y * y);
-        if (length > 0.0)
-            for (double& weight : own) weight *= result.offsets[c] * y / length;
+        const PlaneTone tone = plane_tone(planes_ ? planes_->moments(own) : PlaneMoments{.deviation = length},
+                                          result.contrast[c]);
+        result.offsets[c] = tone.offset;
+        for (double& weight : own) weight *= tone.slope;
     }
     return result;
 }

@@ -3,20 +3,43 @@
 // What the tables of a model say of any direction (theory 21.3).
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "btfield/btf_model.hpp"
+#include "btfield/image.hpp"
 #include "host/btf/direction_interpolation.hpp"
+#include "host/btf/plane_moments.hpp"
 
 namespace btfield::detail {
 
 /// What makes a picture of planes.
 struct PictureWeights {
-    std::vector<double> mean;      ///< [colour]
-    std::vector<double> contrast;  ///< [colour]: standard deviation as a share of the mean
-    /// [colour] and [colour][plane]: I_c = mean_c (offset_c + Σ_k weight_ck T_k)² has this mean and contrast
-    /// where sums of planes are normally distributed.
+    std::vector<double> mean;  ///< [colour]
+    /// [colour] and [colour][plane]: I_c = mean_c (offset_c + Σ_k weight_ck T_k)².
     std::vector<double> offsets, weights;
+    std::vector<double> contrast{};  ///< [colour]: standard deviation as a share of the mean
+};
+
+/// z = offset + slope t.
+struct PlaneTone {
+    double offset = 1.0, slope = 0.0;
+};
+/// Mean of z² 1, and z² of this contrast: what t has these moments.
+[[nodiscard]] PlaneTone plane_tone(const PlaneMoments& moments, double contrast);
+
+/// Some pixels of a surface's planes.
+class SampledPlanes {
+  public:
+    /// \param surface  height, then planes
+    explicit SampledPlanes(const Image& surface);
+    /// Of weighted sums of the planes.
+    [[nodiscard]] PlaneMoments moments(std::span<const double> weights) const;
+
+  private:
+    std::size_t planes_;
+    std::vector<float> values_;  ///< [pixel][plane]
 };
 
 /// y for which (1 + y t)² has this contrast.
@@ -51,8 +74,9 @@ class MeasuredDirections {
 
 class DirectionTable {
   public:
-    /// \param model  is to outlive it
-    explicit DirectionTable(const BtfModel& model);
+    /// \param model    is to outlive it
+    /// \param surface  that contrasts are for; without one, of normally distributed planes
+    explicit DirectionTable(const BtfModel& model, const Image* surface = nullptr);
     [[nodiscard]] PictureWeights weights(const BtfDirection& view, const BtfDirection& light) const;
     /// Σ_k U_k² of each colour.
     [[nodiscard]] std::vector<double> squared_lengths(const DirectionPair& at) const;
@@ -66,6 +90,7 @@ class DirectionTable {
     const BtfModel* model_;
     MeasuredDirections measured_;
     DirectionPoints kept_;
+    std::optional<SampledPlanes> planes_;
 };
 
 }  // namespace btfield::detail

@@ -6,6 +6,7 @@
 
 #include "host/base/dense.hpp"
 #include "host/base/parallel.hpp"
+#include "host/btf/spread_pixels.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -58,16 +59,6 @@ RowMoments relate(std::span<float> row) {
     }
     moments.energy = squares;
     return moments;
-}
-
-/// Distinct pixels spread over the picture: multiples of a step without a common divisor.
-std::vector<std::size_t> spread_pixels(std::size_t pixels, std::size_t count) {
-    auto step = static_cast<std::size_t>(0.6180339887 * static_cast<double>(pixels));
-    while (std::gcd(std::max<std::size_t>(step, 1), pixels) != 1) ++step;
-    std::vector<std::size_t> chosen(std::min(pixels, count));
-    for (std::size_t i = 0, at = 0; i < chosen.size(); ++i, at = (at + step) % pixels) chosen[i] = at;
-    std::ranges::sort(chosen);
-    return chosen;
 }
 
 /// Z Zᵀ over some pixels.

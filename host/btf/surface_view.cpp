@@ -18,31 +18,8 @@ Image first_plane(const Image& image) {
     return plane;
 }
 
-/// From t to μ (1 + y (t − mean of t))², with the y and μ of this mean and contrast.
-void shade(std::span<float> values, double mean, double contrast) {
-    const auto count = static_cast<double>(values.size());
-    double sum = 0.0;
-    for (const float value : values) sum += static_cast<double>(value);
-    const double middle = sum / count;
-    double second = 0.0, third = 0.0, fourth = 0.0;
-    for (const float value : values) {
-        const double d = static_cast<double>(value) - middle, dd = d * d;
-        second += dd;
-        third += dd * d;
-        fourth += dd * dd;
-    }
-    second /= count;
-    double y = 0.0;
-    if (second > 1e-12)
-        y = depth_of_contrast(contrast, third / count / std::pow(second, 1.5),
-                              fourth / count / (second * second));
-    const auto scale = static_cast<float>(mean / (1.0 + y * y));
-    const auto slope = static_cast<float>(second > 1e-12 ? y / std::sqrt(second) : 0.0);
-    const auto level = static_cast<float>(1.0 - static_cast<double>(slope) * middle);
-    for (float& value : values) {
-        const float z = level + slope * value;
-        value = scale * z * z;
-    }
+PlaneTone tone_of(std::span<const float> values, double contrast) {
+    return plane_tone(plane_moments(values), contrast);
 }
 
 }  // namespace
@@ -74,7 +51,7 @@ SurfaceView::Rays SurfaceView::rays(const std::array<double, 3>& view) const {
     return made;
 }
 
-Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeights& weights) const {
+Image SurfaceView::weighted(const std::array<double, 3>& view, const PictureWeights& weights) const {
     const Rays seen = rays(view);
     const auto stride = static_cast<std::size_t>(padded_);
     std::vector<float> table(stride * static_cast<std::size_t>(colours_));
@@ -98,10 +75,34 @@ Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeigh
                     {static_cast<std::size_t>(size_.width), static_cast<std::size_t>(size_.height)},
                     Grain::fine, weighted, seen->x, seen->y, picture, size_.width, size_.height);
     device_->read(picture, image.values().data(), image.values().size_bytes());
-    for (int c = 0; c < colours_; ++c)
-        shade(image.plane(c), weights.mean[static_cast<std::size_t>(c)],
-              weights.contrast[static_cast<std::size_t>(c)]);
     return image;
+}
+
+Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeights& weights) const {
+    Image image = weighted(view, weights);
+    for (int c = 0; c < colours_; ++c) {
+        const auto colour = static_cast<std::size_t>(c);
+        const PlaneTone tone = tone_of(image.plane(c), weights.contrast[colour]);
+        const auto root = std::sqrt(weights.mean[colour]);
+        const auto offset = static_cast<float>(root * tone.offset),
+                   slope = static_cast<float>(root * tone.slope);
+        for (float& value : image.plane(c)) {
+            const float z = offset + slope * value;
+            value = z * z;
+        }
+    }
+    return image;
+}
+
+PictureWeights SurfaceView::toned(const std::array<double, 3>& view, PictureWeights weights) const {
+    const Image image = weighted(view, weights);
+    const auto planes = static_cast<std::size_t>(planes_);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(colours_); ++c) {
+        const PlaneTone tone = tone_of(image.plane(static_cast<int>(c)), weights.contrast[c]);
+        weights.offsets[c] = tone.offset;
+        for (std::size_t k = 0; k < planes; ++k) weights.weights[c * planes + k] *= tone.slope;
+    }
+    return weights;
 }
 
 }  // namespace btfield::detail

@@ -22,7 +22,12 @@ class SurfaceView {
     /// contrast.
     [[nodiscard]] Image picture(const std::array<double, 3>& view, const PictureWeights& weights) const;
 
+    /// Weights that make this picture of the planes.
+    [[nodiscard]] PictureWeights toned(const std::array<double, 3>& view, PictureWeights weights) const;
+
   private:
+    /// Σ_k weight_k T_k where the view shows it.
+    [[nodiscard]] Image weighted(const std::array<double, 3>& view, const PictureWeights& weights) const;
     using Rays = std::shared_ptr<const DeviceRays>;
     [[nodiscard]] Rays rays(const std::array<double, 3>& view) const;
 

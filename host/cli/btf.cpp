@@ -12,6 +12,8 @@ void add_btf(CLI::App& app, Action& action) {
     add_btf_convert(*command, action);
     add_btf_fit(*command, action);
     add_btf_synth(*command, action);
+    add_btf_render(*command, action);
+    add_btf_view(*command, action);
     for (CLI::App* each : command->get_subcommands({})) each->fallthrough();
 }
 

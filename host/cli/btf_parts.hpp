@@ -19,6 +19,8 @@ void add_btf_info(CLI::App& parent, Action& action);
 void add_btf_make(CLI::App& parent, Action& action);
 void add_btf_fit(CLI::App& parent, Action& action);
 void add_btf_synth(CLI::App& parent, Action& action);
+void add_btf_render(CLI::App& parent, Action& action);
+void add_btf_view(CLI::App& parent, Action& action);
 void add_btf_convert(CLI::App& parent, Action& action);
 
 /// --coding, --colour, --crop, --pixel-stride, --view-stride, --light-stride, of commands that read a set.

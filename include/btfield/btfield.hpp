@@ -8,6 +8,8 @@
 #include "btfield/btf_measured.hpp"    // IWYU pragma: export
 #include "btfield/btf_model.hpp"       // IWYU pragma: export
 #include "btfield/btf_output.hpp"      // IWYU pragma: export
+#include "btfield/btf_page.hpp"        // IWYU pragma: export
+#include "btfield/btf_renderer.hpp"    // IWYU pragma: export
 #include "btfield/btf_set.hpp"         // IWYU pragma: export
 #include "btfield/btf_textures.hpp"    // IWYU pragma: export
 #include "btfield/certificate.hpp"     // IWYU pragma: export

@@ -9,10 +9,12 @@
 #include <numbers>
 #include <string>
 
+#include "btfield/btf_model.hpp"
 #include "btfield/btf_set.hpp"
 #include "btfield/height.hpp"
 #include "btfield/image_io.hpp"
 #include "tests/cli_cases.hpp"
+#include "tests/rendering_cases.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -286,6 +288,93 @@ TEST_F(CliBtfModel, RefusesWhatCannotBe) {
     expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png"), "--view", "90,0", "--light", "0,0"}, 2,
                    "below 90");
     EXPECT_FALSE(fs::exists(at("o.png")));
+}
+
+/// A model of 24 x 16 pixels, without a fit.
+class CliBtfShown : public CliBtf {
+  protected:
+    CliBtfShown() { write_btf_model(at("m.btfm"), test::smooth_btf({16, 24}, 3, 4)); }
+};
+
+TEST_F(CliBtfShown, RendersShapesAndSeries) {
+    const json one = expect_object({"btf", "render", at("m.btfm"), "-o", at("ball.png"), "--size", "64x48"});
+    expect_keys(one, {"outputs", "shape", "size", "views", "lights", "tile", "tileable", "tiles_around",
+                      "scale", "seed", "exposure", "gamma", "clamped_pixels", "device"});
+    expect_seconds(one, {"setup", "per_picture", "write", "total"});
+    EXPECT_EQ(one["shape"], "sphere");
+    EXPECT_EQ(one["lights"], json::parse("[[45.0, 135.0]]"));
+    EXPECT_EQ(one["gamma"], "srgb");
+    EXPECT_EQ(one["tiles_around"], 6);  // 2 pi 0.45 48 / 24
+    EXPECT_EQ(read_picture(at("ball.png")).image.size(), (Size{48, 64}));
+
+    // A plane 1:1 from above is what synth shows.
+    const Words light{"--light", "30,90", "--seed", "3"};
+    const auto with = [&](Words words) {
+        words.insert(words.end(), light.begin(), light.end());
+        return words;
+    };
+    static_cast<void>(expect_object(with({"btf", "render", at("m.btfm"), "-o", at("plane.png"), "--shape",
+                                          "plane", "--size", "24x16", "--exposure", "0.5"})));
+    static_cast<void>(expect_object(
+        with({"btf", "synth", at("m.btfm"), "-o", at("synth.png"), "--view", "0,0", "--exposure", "0.5"})));
+    const Image plane = read_picture(at("plane.png")).image, synth = read_picture(at("synth.png")).image;
+    for (std::size_t i = 0; i < plane.values().size(); ++i)
+        ASSERT_NEAR(plane.values()[i], synth.values()[i], 1.01F / 255.0F) << i;
+    // Linear light, and a power.
+    const json linear = expect_object(with({"btf", "render", at("m.btfm"), "-o", at("plane.exr"), "--shape",
+                                            "plane", "--size", "24x16", "--exposure", "0.5"}));
+    EXPECT_EQ(linear["gamma"], 1.0);
+    static_cast<void>(expect_object(with({"btf", "render", at("m.btfm"), "-o", at("power.png"), "--shape",
+                                          "plane", "--size", "24x16", "--exposure", "0.5", "--gamma", "3"})));
+    ReadOptions as_it_is;
+    as_it_is.keep_values = true;
+    const Image light_of = read_picture(at("plane.exr")).image,
+                power = read_picture(at("power.png"), as_it_is).image;
+    for (std::size_t i = 0; i < power.values().size(); ++i)
+        // Half a step of 8 bits, and of half floats.
+        ASSERT_NEAR(power.values()[i], std::cbrt(light_of.values()[i]), 2.5e-3F) << i;
+
+    // The light goes round and does not come twice to where it began; the view goes from here to there.
+    const json turn = expect_object({"btf", "render", at("m.btfm"), "-o", at("turn.png"), "--size", "32",
+                                     "--light", "60,0:60,360", "--view", "0,0:30,90:60,90", "--frames", "4"});
+    EXPECT_EQ(turn["outputs"].size(), 4U);
+    EXPECT_EQ(turn["lights"], json::parse("[[60.0, 0.0], [60.0, 90.0], [60.0, 180.0], [60.0, 270.0]]"));
+    EXPECT_EQ(turn["views"], json::parse("[[0.0, 0.0], [20.0, 60.0], [40.0, 90.0], [60.0, 90.0]]"));
+    for (const char* name : {"turn-0.png", "turn-3.png"}) EXPECT_TRUE(fs::exists(at(name)));
+    EXPECT_FALSE(fs::exists(at("turn.png")));
+}
+
+TEST_F(CliBtfShown, MakesAPage) {
+    const json page = expect_object(
+        {"btf", "view", at("m.btfm"), "-o", at("page.html"), "--size", "32x24", "--planes", "3"});
+    expect_keys(page, {"output", "bytes", "size", "planes", "tileable", "seed", "device"});
+    expect_seconds(page, {"setup", "page", "total"});
+    EXPECT_EQ(page["size"], json::array({32, 24}));
+    EXPECT_EQ(page["planes"], 3);
+    EXPECT_EQ(page["bytes"], fs::file_size(at("page.html")));
+    EXPECT_NE(test::bytes_of(at("page.html")).find("<title>m</title>"), std::string::npos);
+    expect_failure({"btf", "view", at("m.btfm"), "-o", at("x.html"), "--planes", "5"}, 1, "the model has 4");
+    expect_failure({"btf", "view", at("m.btfm"), "-o", at("m.btfm")}, 1, "that is the model");
+    expect_failure({"btf", "view", at("m.btfm"), "-o", at("nowhere/x.html")}, 1, "nowhere");
+    EXPECT_FALSE(fs::exists(at("x.html")));
+    const Words render{"btf", "render", at("m.btfm"), "-o", at("x.png")};
+    const auto refused = [&](const Words& more, int code, const std::string& part) {
+        Words words = render;
+        words.insert(words.end(), more.begin(), more.end());
+        expect_failure(words, code, part);
+    };
+    refused({"--frames", "3"}, 2, "nothing moves");
+    refused({"--light", "0,0:30,0"}, 2, "--frames");
+    refused({"--light", "0,0:30"}, 2, "--light");
+    refused({"--view", "89.5,0"}, 1, "89 degrees");
+    refused({"--gamma", "0"}, 2, "--gamma");
+    refused({"--shape", "cube"}, 2, "plane|sphere");
+    expect_failure({"btf", "render", at("m.btfm"), "-o", at("x.exr"), "--gamma", "2.2"}, 2, "linear light");
+    EXPECT_FALSE(fs::exists(at("x.png")));
+    for (const char* command : {"render", "view"}) {
+        expect_failure({"btf", command, at("colour.png"), "-o", at("x.html")}, 1, "colour.png");
+        expect_failure({"btf", command, at("none.btfm"), "-o", at("x.png")}, 1, "none.btfm");
+    }
 }
 
 }  // namespace

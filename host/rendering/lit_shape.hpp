@@ -1,0 +1,55 @@
+#pragma once
+
+// Planes of a surface on a plane or a sphere, as a camera sees them (theory 22.1).
+
+#include <vector>
+
+#include "btfield/btf_renderer.hpp"
+#include "btfield/image.hpp"
+#include "host/btf/direction_table.hpp"
+#include "host/btf/view_rays.hpp"
+#include "host/rendering/sphere_frame.hpp"
+
+namespace btfield::detail {
+
+/// Entries of a table: of each colour log(μ / l_z), offset, background, and U.
+struct LitTable {
+    /// [latitude from −90 to 90 degrees][longitude from 0 on] of a sphere; 1 × 1 of a plane.
+    int longitudes = 1, latitudes = 1;
+    /// Mean over l_z in place of its logarithm.
+    std::vector<PictureWeights> entries;
+    /// Of a sphere, [colour].
+    std::vector<double> background{};
+};
+
+/// The camera and what light does beside the table.
+struct LitView {
+    CameraFrame camera;
+    Vector3 light;
+    double steepest_view = 0.0;  ///< theta of the steepest ray
+};
+
+/// For any number of threads.
+class LitShape {
+  public:
+    /// \param surface  height in pixels, then planes
+    LitShape(DeviceImpl& device, const Image& surface, int colours);
+    /// \param table  of one entry
+    [[nodiscard]] Image plane(const BtfScene& scene, const LitView& view, const LitTable& table) const;
+    [[nodiscard]] Image sphere(const BtfScene& scene, const LitView& view, const LitTable& table) const;
+
+  private:
+    [[nodiscard]] Buffer upload(const LitTable& table) const;
+    [[nodiscard]] Kernel kernel(const char* name) const;
+
+    DeviceImpl* device_;
+    Size size_;
+    int colours_, planes_, padded_;
+    float lowest_, highest_;
+    Buffer relief_, planes_of_pixels_;
+};
+
+/// Pixels of the sphere's radius.
+[[nodiscard]] double sphere_radius(Size picture);
+
+}  // namespace btfield::detail
