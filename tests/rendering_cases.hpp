@@ -50,10 +50,11 @@ inline BtfModel smooth_btf(Size size, int colours = 3, int planes = 5) {
                         40.0 / (k + 1) * (k % 2 == 0 ? from[0] : from[1]) + 8.0 * view.theta - 3 * c)));
             }
         }
-    model.surface = example_model(ModelKind::car3d, planes + 1, 1);
+    TextureModel field = example_model(ModelKind::car3d, planes + 1, 1);
     MaterialMap relief{"height", MapRole::height, 1};
     relief.scale = 1.0;
-    model.surface.provenance.maps = {relief, MaterialMap{"planes", MapRole::other, planes}};
+    field.provenance.maps = {relief, MaterialMap{"planes", MapRole::other, planes}};
+    model.surface = std::move(field);
     return model;
 }
 

@@ -18,6 +18,7 @@
 #include "host/btf/btf_score.hpp"
 #include "host/btf/btf_tables.hpp"
 #include "host/btf/joint_planes.hpp"
+#include "host/btf/surface_field.hpp"
 #include "host/cl/device_impl.hpp"
 
 namespace btfield {
@@ -55,6 +56,9 @@ void check_options(const BtfSet& set, const BtfFitOptions& options) {
     if (options.planes < 1 || options.planes > 60)
         throw InputError(asked_fit, counted(options.planes, "plane") + " were asked for", "give 1 to 60");
     check_leave_out(options.leave_out);
+    if (options.surface != SurfaceKind::field && std::min(set.size().height, set.size().width) < 16)
+        throw InputError(asked_fit, "pictures have " + text_of(set.size()) + " pixels",
+                         "the roller and regions need sides of 16 and more; use a random field");
     if (!(std::isfinite(options.table_error) && options.table_error >= 0.0))
         throw InputError(asked_fit, "the error of the tables is not a number from 0 on",
                          "give a share, as 0.2");
@@ -100,7 +104,7 @@ class Fitting {
     [[nodiscard]] Relieved stereo();
     [[nodiscard]] std::vector<JointView> read_views() const;
     [[nodiscard]] double found_scale(const Image& height, const std::vector<JointView>& views) const;
-    [[nodiscard]] TextureModel field(const Image& surface) const;
+    [[nodiscard]] Image look(const BtfFit& fit) const;
 
     Device* device_;
     const BtfSet* set_;
@@ -246,27 +250,17 @@ double Fitting::found_scale(const Image& height, const std::vector<JointView>& v
     return best;
 }
 
-TextureModel Fitting::field(const Image& surface) const {
-    Image named = surface;
-    std::vector<std::string> names{"height"};
-    for (int k = 1; k < surface.planes(); ++k) names.push_back("T" + std::to_string(k));
-    named.set_names(names);
-    FitOptions how = options_->field;
-    TextureModel model = fit(*device_, named, how);
-    model.names = names;
-    Image height(surface.size(), 1);
-    std::ranges::copy(surface.plane(0), height.values().begin());
-    MaterialMap relief{"height", MapRole::height, 1, ColourSpace::unspecified, PixelType::float32};
-    relief.scale = encoded_height_scale(height);
-    model.provenance.maps = {relief, MaterialMap{"planes", MapRole::other, surface.planes() - 1,
-                                                 ColourSpace::unspecified, PixelType::float32}};
-    if (height_varies(height)) {
-        SynthesisOptions trial;
-        trial.allow_invalid = true;
-        Synthesiser synthesiser(*device_, model, surface.size(), trial);
-        match_relief(*device_, model.provenance.maps, surface, synthesiser.synthesise(1));
-    }
-    return model;
+/// Under the light nearest to straight above, as the planes have it.
+Image Fitting::look(const BtfFit& fit) const {
+    const auto lower = [](const BtfDirection& a, const BtfDirection& b) { return a.theta < b.theta; };
+    return BtfSynthesiser(*device_, fit.model, fit.surface)
+        .picture({}, *std::ranges::min_element(fit.model.lights, lower));
+}
+
+BtfFitOptions sampled() {
+    BtfFitOptions options;
+    options.surface = SurfaceKind::roll;
+    return options;
 }
 
 BtfFit Fitting::run() {
@@ -306,7 +300,13 @@ BtfFit Fitting::run() {
             to[p] = static_cast<float>(planes.planes(static_cast<Eigen::Index>(p), k));
     }
     tell("field", 0.0);
-    fit.model.surface = field(fit.surface);
+    if (options_->surface == SurfaceKind::compound) {
+        // Nothing of the surface's model is needed for that.
+        fit.model.surface = fit_surface(*device_, fit.surface, {}, sampled());
+        fit.model.surface = fit_surface(*device_, fit.surface, look(fit), *options_);
+    } else {
+        fit.model.surface = fit_surface(*device_, fit.surface, {}, *options_);
+    }
     tell("field", 1.0);
     check(fit.model);
     if (!shares_.left_out.empty()) fit.score = score(*device_, *set_, fit, shares_.left_out);

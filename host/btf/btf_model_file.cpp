@@ -13,6 +13,8 @@
 #include "host/base/text.hpp"
 #include "host/btf/btf_measured.hpp"
 #include "host/btf/btf_model_json.hpp"
+#include "host/btf/surface_field.hpp"
+#include "host/compound/compound_json.hpp"
 #include "host/model/model_json.hpp"
 #include "host/pictures/picture_names.hpp"
 
@@ -25,6 +27,54 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr int most_planes = 64;
+
+constexpr const char* sample_format = "btfield-surface";
+
+ordered_json sample_value(const SurfaceSample& sample, bool binary) {
+    ordered_json value;
+    value["format"] = sample_format;
+    value["version"] = version_value(false, {});
+    value["size"] = size_value(sample.size);
+    value["height_unit"] = sample.height_unit;
+    value["height"] = table_value(sample.height, binary);
+    value["plane_units"] = sample.plane_units;
+    value["planes"] = table_value(sample.planes, binary);
+    return value;
+}
+
+SurfaceSample sample_from(const json& value, Context context) {
+    Object object(value, "surface", context);
+    read_version(object, sample_format, context);
+    SurfaceSample sample;
+    sample.size = object.get("size", json_reading::size);
+    if (sample.size.height < 1 || sample.size.width < 1 || sample.size.height > 16384 ||
+        sample.size.width > 16384)
+        fail(context, "surface.size is no size of a sample");
+    sample.height_unit = object.get("height_unit", real);
+    const std::size_t pixels = area(sample.size);
+    sample.height = table_from<std::int16_t>(object.member("height"), "surface.height", context, pixels);
+    sample.plane_units = object.get_list("plane_units", real);
+    sample.planes = table_from<std::int8_t>(object.member("planes"), "surface.planes", context,
+                                            pixels * sample.plane_units.size());
+    object.finish();
+    return sample;
+}
+
+ordered_json surface_value(const BtfModel& model, bool binary) {
+    if (const auto* field = std::get_if<TextureModel>(&model.surface)) return model_value(*field);
+    if (const auto* compound = std::get_if<CompoundModel>(&model.surface))
+        return compound_value(*compound, binary);
+    return sample_value(std::get<SurfaceSample>(model.surface), binary);
+}
+
+SurfaceField surface_from(const json& value, const Context& context) {
+    const auto format = value.is_object() ? value.find("format") : value.end();
+    if (value.is_object() && format != value.end()) {
+        if (*format == compound_format) return compound_from(value, context);
+        if (*format == sample_format) return sample_from(value, context);
+    }
+    return model_from(value, "surface", context);
+}
 
 ordered_json model_json(const BtfModel& model, bool binary) {
     ordered_json value;
@@ -54,7 +104,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["pictures"] = model.pictures;
     value["picture_bytes"] = model.picture_bytes;
     value["file_bytes"] = model.file_bytes;
-    value["surface"] = model_value(model.surface);
+    value["surface"] = surface_value(model, binary);
     return value;
 }
 
@@ -97,7 +147,7 @@ BtfModel model_from_json(const json& value, Context context) {
     model.pictures = object.get("pictures", natural);
     model.picture_bytes = object.get("picture_bytes", natural);
     model.file_bytes = object.get("file_bytes", natural);
-    model.surface = model_from(object.member("surface"), "surface", context);
+    model.surface = surface_from(object.member("surface"), context);
     object.finish();
     try {
         check(model);
@@ -105,16 +155,6 @@ BtfModel model_from_json(const json& value, Context context) {
         fail(context, error.found());
     }
     return model;
-}
-
-void check_maps(const BtfModel& model) {
-    const std::vector<MaterialMap>& maps = model.surface.provenance.maps;
-    if (model.surface.planes != model.planes() + 1)
-        refuse_model("its surface has " + counted(model.surface.planes, "plane") + ", not the height and " +
-                     std::to_string(model.planes()));
-    if (maps.size() != 2 || maps[0].role != MapRole::height || maps[0].planes != 1 ||
-        maps[1].planes != model.planes())
-        refuse_model("its surface is not a height and planes");
 }
 
 }  // namespace
@@ -135,8 +175,7 @@ void check(const BtfModel& model) {
     const auto sound = [](double unit) { return std::isfinite(unit) && unit > 0.0; };
     for (const double unit : tables.weight_units)
         if (!sound(unit)) refuse_model("a unit of its weights is not above 0");
-    check_maps(model);
-    check(model.surface);
+    check_surface(model.surface, model.planes());
 }
 
 BtfModel detail::joint_model_from(const json& value, const Context& context) {

@@ -100,8 +100,8 @@ Json fit_json(const BtfFitArguments& options, const BtfFit& fit, std::uintmax_t 
         score["neighbours"] = errors_json(fit.score->neighbours);
         object["left_out"] = std::move(score);
     }
-    object["model"] = std::string(name(fit.model.surface.kind));
-    object["valid"] = is_valid(fit.model.surface);
+    object["model"] = std::string(surface_name(fit.model));
+    object["valid"] = is_valid(fit.model);
     object["bytes"] = bytes;
     object["compression_ratio"] = number(ratio_of(fit.model, bytes));
     return object;
@@ -180,9 +180,12 @@ void run_fit(const BtfFitArguments& given) {
         fit = fit_btf(device, set, options.fit);
     }
     for (const std::string& remark : fit.remarks) warn(remark);
-    if (!is_valid(fit.model.surface))
-        warn("'" + options.output + "' is not certified at " + uncertified_levels(fit.model.surface) +
+    if (!is_valid(fit.model)) {
+        const auto* field = std::get_if<TextureModel>(&fit.model.surface);
+        warn("'" + options.output + "' is not certified" +
+             (field != nullptr ? " at " + uncertified_levels(*field) : std::string()) +
              ", and synth will refuse it; use another --order or --model");
+    }
     write_btf_model(options.output, fit.model);
     const std::uintmax_t bytes = model_file_bytes(options.output);
     if (options.json) {
@@ -204,8 +207,8 @@ const std::vector<MethodOption>& method_options() {
     using enum BtfMethod;
     static const std::vector<MethodOption> options{
         {"--planes", {joint}},        {"--height", {joint}},   {"--height-scale", {joint}},
-        {"--find-scale", {joint}},    {"--periodic", {joint}}, {"--clusters", {segment}},
-        {"--match", {segment, each}}, {"--jobs", {each}},
+        {"--find-scale", {joint}},    {"--periodic", {joint}}, {"--clusters", {segment, joint}},
+        {"--match", {segment, each}}, {"--jobs", {each}},      {"--table-error", {joint}},
     };
     return options;
 }
@@ -220,6 +223,19 @@ void check_method(const CLI::App& command, BtfMethod method) {
         throw UsageError(option.name + " goes with --method " + methods + ", not with " +
                          std::string(name(method)));
     }
+}
+
+/// And against what grows the surface.
+void check_surface(const CLI::App& command, BtfMethod method, SurfaceKind surface) {
+    const std::string word = surface == SurfaceKind::compound ? "--model compound" : "--model roll";
+    if (method != BtfMethod::joint && surface != SurfaceKind::field)
+        throw UsageError(word + " goes with --method joint, not with " + std::string(name(method)));
+    if (method == BtfMethod::joint && surface != SurfaceKind::compound && command.count("--clusters") > 0)
+        throw UsageError("--clusters goes with --method segment, or with --model compound");
+    if (surface == SurfaceKind::field) return;
+    for (const char* option : {"--order", "--neighbourhood", "--levels", "--factor", "--estimator"})
+        if (command.count(option) > 0)
+            throw UsageError(std::string(option) + " goes with random fields, not with " + word);
 }
 
 TexturesFitArguments textures_arguments(const CLI::App& command, const BtfFitArguments& options) {
@@ -259,7 +275,8 @@ void add_btf_fit(CLI::App& parent, Action& action) {
                "joint: planes of the surface that all pictures share; segment: a texture for each cluster of "
                "pictures; each: one for each picture (default: joint)");
     add_int(*command, "--planes", fit.planes, 1, 60, "joint: planes of the surface (default: 16)");
-    add_int(*command, "--clusters", options->clusters, 1, 128, "segment: textures (default: 20)");
+    add_int(*command, "--clusters", options->clusters, 1, 128,
+            "segment: textures (default: 20); joint with --model compound: regions of the surface");
     add_choice(*command, "--match", options->match,
                "segment, each: what directions have of their own: mean and contrast, or nothing (default: "
                "means)");
@@ -288,7 +305,13 @@ void add_btf_fit(CLI::App& parent, Action& action) {
         ->add_flag("--periodic", fit.periodic,
                    "opposite edges of the pictures continue each other: they tile")
         ->group(relief);
-    add_selection(*command, fit.field);
+    add_selection(*command, fit.field, {"compound|roll", [&fit](const std::string& word) {
+                                            if (word == "compound")
+                                                fit.surface = SurfaceKind::compound;
+                                            else if (word == "roll")
+                                                fit.surface = SurfaceKind::roll;
+                                            return word == "compound" || word == "roll";
+                                        }});
     command->get_option("--model")->description(
         "random field; see docs/models.md for which to choose; auto: 2D or 3D by kappa, the rest by BIC "
         "(default: 3d-car, of segment 3d-msar)");
@@ -304,11 +327,15 @@ void add_btf_fit(CLI::App& parent, Action& action) {
                          .more = {{"btfield btf fit set/ -o rock.btfm --periodic --leave-out 10",
                                    "a made set, which tiles, and how well directions between are made up"},
                                   {"btfield btf fit cloth/ -o cloth.btfm --planes 24 --crop 0,0,256,256"},
+                                  {"btfield btf fit set/ -o large.btfm --model roll",
+                                   "the surface's own pixels, for larger ones: stones stay stones"},
                                   {"btfield btf fit set/ -o few.btfm --method segment --clusters 10"},
                                   {"btfield btf fit set/ -o all.btfm --method each",
                                    "goes on where a run was that did not end"}}});
     command->callback([command, options, &action] {
         check_method(*command, options->method);
+        check_surface(*command, options->method, options->fit.surface);
+        options->fit.regions = options->clusters;
         if (options->method == BtfMethod::joint) {
             action = [options] { run_fit(*options); };
             return;

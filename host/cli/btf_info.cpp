@@ -55,8 +55,8 @@ Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
     object["kept_pictures"] = model.tables.kept.size();
     object["table_error"] = number(model.table_error);
     object["surface_planes"] = model.planes();
-    object["model"] = std::string(name(model.surface.kind));
-    object["valid"] = is_valid(model.surface);
+    object["model"] = std::string(surface_name(model));
+    object["valid"] = is_valid(model);
     object["unexplained"] = number(model.unexplained);
     object["relief"]["from"] = model.relief;
     object["relief"]["scale_factor"] = number(model.scale_factor);
@@ -73,7 +73,7 @@ Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
 
 std::string btf_model_text(const BtfModel& model, std::uintmax_t bytes) {
     std::string text = "model     joint: height and " + detail::counted(model.planes(), "plane") + " as " +
-                       std::string(name(model.surface.kind)) + "\n";
+                       std::string(surface_name(model)) + "\n";
     text += "pictures  " + std::to_string(model.pairs.size()) + ": " +
             detail::counted(model.views.size(), "view") + " x " +
             detail::counted(model.lights.size(), "light") + ", of " + detail::text_of(model.size) +

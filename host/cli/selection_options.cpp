@@ -33,9 +33,11 @@ void add_int_or_auto(CLI::App& command, const std::string& name, int highest, in
     command.add_option_function<std::string>(name, read, help)->type_name("N|auto")->group(supports);
 }
 
-void add_model(CLI::App& command, FitOptions& fit) {
-    const std::string words = detail::words_of<ModelKind>("|") + "|auto";
-    const auto read = [&fit, words](const std::string& text) {
+void add_model(CLI::App& command, FitOptions& fit, const OtherModels& others) {
+    std::string words = detail::words_of<ModelKind>("|") + "|auto";
+    if (others.take) words += "|" + others.words;
+    const auto read = [&fit, others, words](const std::string& text) {
+        if (others.take && others.take(text)) return;
         if (text == "auto") {
             fit.choose_model = true;
             return;
@@ -87,8 +89,8 @@ void add_neighbourhood(CLI::App& command, FitOptions& fit) {
 
 }  // namespace
 
-void add_selection(CLI::App& command, FitOptions& fit) {
-    add_model(command, fit);
+void add_selection(CLI::App& command, FitOptions& fit, const OtherModels& others) {
+    add_model(command, fit, others);
     add_int_or_auto(
         command, "--order", max_order, fit.order, [&fit] { fit.order = 0; },
         "order of the neighbourhood, 1 to 8; auto: by BIC (default: 5)");

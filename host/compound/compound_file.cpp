@@ -9,6 +9,7 @@
 #include "btfield/model_file.hpp"
 #include "host/base/base64.hpp"
 #include "host/base/strict_json.hpp"
+#include "host/compound/compound_json.hpp"
 #include "host/compound/compound_names.hpp"
 #include "host/compound/label_code.hpp"
 #include "host/model/model_json.hpp"
@@ -44,6 +45,10 @@ ordered_json region_value(const CompoundRegion& region) {
     return value;
 }
 
+}  // namespace
+
+namespace detail {
+
 ordered_json compound_value(const CompoundModel& model, bool binary) {
     ordered_json value;
     value["format"] = compound_format;
@@ -62,6 +67,10 @@ ordered_json compound_value(const CompoundModel& model, bool binary) {
     value["regions"] = std::move(regions);
     return value;
 }
+
+}  // namespace detail
+
+namespace {
 
 ControlField read_control(const json& value, const std::string& where, const Context& context,
                           bool& periodic) {
@@ -101,7 +110,9 @@ CompoundRegion read_region(const json& value, const std::string& where, const Co
     return region;
 }
 
-CompoundModel compound_from(const json& value, Context context) {
+}  // namespace
+
+CompoundModel detail::compound_from(const json& value, Context context) {
     Object object(value, "", context);
     read_version(object, compound_format, context);
     CompoundModel model;
@@ -124,8 +135,6 @@ CompoundModel compound_from(const json& value, Context context) {
     }
     return model;
 }
-
-}  // namespace
 
 CompoundModel read_compound(const std::filesystem::path& path) {
     const std::string asked = "read the compound model '" + path.string() + "'";

@@ -12,11 +12,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "btfield/api.hpp"
 #include "btfield/btf_measured.hpp"
 #include "btfield/btf_set.hpp"
+#include "btfield/compound.hpp"
 #include "btfield/device.hpp"
 #include "btfield/fit.hpp"
 #include "btfield/image.hpp"
@@ -38,18 +40,41 @@ struct BtfTables {
     std::vector<double> weight_units;
 };
 
+/// A piece of the surface itself, which the roller makes larger ones of (theory 17).
+struct SurfaceSample {
+    Size size;
+    /// Height in pixels, in units of `height_unit`, and T, [plane][pixel], in units of each plane's.
+    std::vector<std::int16_t> height;
+    std::vector<std::int8_t> planes;
+    double height_unit = 1.0;
+    std::vector<double> plane_units;
+};
+
+/// What grows the surface.
+enum class SurfaceKind {
+    field,     ///< a random field
+    compound,  ///< regional models behind a control field (compound.hpp)
+    roll,      ///< the surface's own pixels (roller.hpp)
+};
+
 /// Everything that pictures of any direction need.
 struct BtfModel : BtfMeasured {
     BtfTables tables;
     /// Of the relief, in pixels, and of the planes T.
-    TextureModel surface;
+    std::variant<TextureModel, CompoundModel, SurfaceSample> surface;
     double unexplained = 0.0;   ///< share of the variance of z that planes of this number leave
     double table_error = 0.0;   ///< share of it by which interpolated U are off, mean over pairs
     double scale_factor = 1.0;  ///< that the relief was multiplied with
     std::string relief;         ///< where it is from: "given", "set", "stereo" or "level"
 
     [[nodiscard]] int planes() const { return static_cast<int>(tables.weight_units.size()); }
+    [[nodiscard]] SurfaceKind surface_kind() const { return static_cast<SurfaceKind>(surface.index()); }
 };
+
+/// "3d-car", …, "compound", "roll": what grows the surface.
+[[nodiscard]] BTFIELD_API std::string_view surface_name(const BtfModel& model);
+/// Whether its certificates hold; a sample has none to fail.
+[[nodiscard]] BTFIELD_API bool is_valid(const BtfModel& model);
 
 /// \throws InputError naming the first defect
 BTFIELD_API void check(const BtfModel& model);
@@ -70,8 +95,11 @@ struct BtfFitOptions {
     /// U is kept of so few pairs that interpolation is off by at most this share of `unexplained`.
     /// 0: of all.
     double table_error = 0.2;
-    /// Of the surface's field.
+    SurfaceKind surface = SurfaceKind::field;
+    /// Of the surface's field. The regional models of compound surfaces are compound.hpp's.
     FitOptions field;
+    /// Of a compound surface; without one, as CompoundOptions has it.
+    std::optional<int> regions;
     /// Called with the stage ("pictures", "relief", "scale", "planes", "tables", "field") and the share of it
     /// that is done, in the caller's thread; what it throws ends the fit.
     std::function<void(std::string_view stage, double share)> progress;

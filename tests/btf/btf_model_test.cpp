@@ -306,7 +306,8 @@ TEST_F(BtfModelled, FilesComeBackAsTheyWere) {
         EXPECT_EQ(back.tables.weights, model.tables.weights);
         EXPECT_EQ(back.tables.weight_units, model.tables.weight_units);
         EXPECT_EQ(back.unexplained, model.unexplained);
-        EXPECT_EQ(back.surface.provenance.maps.front().gains, model.surface.provenance.maps.front().gains);
+        EXPECT_EQ(std::get<TextureModel>(back.surface).provenance.maps.front().gains,
+                  std::get<TextureModel>(model.surface).provenance.maps.front().gains);
         EXPECT_EQ(back.picture_bytes, 17U * 17U * area(side) * 3U);
         const BtfSynthesiser one(device_, model, side, 1), two(device_, back, side, 1);
         EXPECT_TRUE(std::ranges::equal(one.picture({0.3, 0.2}, {0.4, 1.0}).values(),
