@@ -294,7 +294,7 @@ TEST_F(BtfTextured, FlatAndMissingPicturesAreTaken) {
             write_btf_textures(folder_.path() / "f.btfm", model);
             const BtfTextureSynthesiser grown(device_, read_btf_textures(folder_.path() / "f.btfm"), side, 1);
             const Image flat = grown.picture(set.views()[1], set.lights()[2]);
-            for (const float v : flat.values()) ASSERT_NEAR(v, value, 1e-3F * value);
+            for (const float v : flat.values()) ASSERT_NEAR(v, value, 1e-3F * value + 1e-5F);
             EXPECT_TRUE(std::ranges::all_of(grown.picture(set.views()[0], set.lights()[5]).values(),
                                             [](float v) { return std::isfinite(v); }));
         }
@@ -359,13 +359,13 @@ TEST_F(BtfTextured, MovedLightsAndDoublesComeBack) {
     for (const BtfPair& pair : model.pairs)
         model.true_lights.push_back(model.lights[static_cast<std::size_t>(pair.light)]);
     model.true_lights[7].phi += 0.125;
-    model.textures[1].mean[0] += 1e-12;  // not of single precision
+    model.textures[1].levels[0].gain += 1e-12;  // not of single precision
     const auto path = folder_.path() / "m.btfm";
     write_btf_textures(path, model);
     const BtfTextures back = read_btf_textures(path);
     EXPECT_EQ(back.true_lights, model.true_lights);
-    EXPECT_EQ(back.textures[1].mean, model.textures[1].mean);
-    EXPECT_EQ(back.textures[0].mean, model.textures[0].mean);
+    EXPECT_EQ(back.textures[1].levels[0].gain, model.textures[1].levels[0].gain);
+    EXPECT_EQ(back.textures[0].levels[0].gain, model.textures[0].levels[0].gain);
 }
 
 TEST_F(BtfTextured, DamagedFilesAreRefused) {
