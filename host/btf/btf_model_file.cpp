@@ -13,7 +13,6 @@
 #include "host/btf/btf_measured.hpp"
 #include "host/btf/btf_model_json.hpp"
 #include "host/model/model_json.hpp"
-#include "host/pictures/picture_names.hpp"
 
 namespace btfield {
 
@@ -30,13 +29,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["format"] = btf_format;
     value["version"] = version_value(false, {});
     value["method"] = name(BtfMethod::joint);
-    value["size"] = size_value(model.size);
-    value["colours"] = model.colours;
-    value["colour_space"] = name(model.space);
-    put_plane_meanings(value, model.names, {});
-    value["white"] = model.white;
-    value["views"] = directions_value(model.views);
-    value["lights"] = directions_value(model.lights);
+    put_scope(value, model);
     std::vector<std::uint16_t> pairs;
     for (const BtfPair& pair : model.pairs) {
         pairs.push_back(static_cast<std::uint16_t>(pair.view));
@@ -53,9 +46,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["relief"] = model.relief;
     value["scale_factor"] = model.scale_factor;
     value["unexplained"] = model.unexplained;
-    value["pictures"] = model.pictures;
-    value["picture_bytes"] = model.picture_bytes;
-    value["file_bytes"] = model.file_bytes;
+    put_extent(value, model);
     value["surface"] = model_value(model.surface);
     return value;
 }
@@ -87,23 +78,13 @@ BtfModel model_from_json(const json& value, Context context) {
     read_version(object, btf_format, context);
     read_btf_method(object, true, context);
     BtfModel model;
-    model.size = object.get("size", json_reading::size);
-    model.colours = object.get("colours", integer);
-    if (model.colours < 1 || model.colours > most_btf_colours)
-        fail(context, "colours is no number of planes");
-    model.space = object.get_name<ColourSpace>("colour_space");
-    model.names = read_names(object, model.colours, context);
-    model.white = object.get("white", real);
-    model.views = object.get_list("views", direction_from);
-    model.lights = object.get_list("lights", direction_from);
+    read_scope(object, model, context);
     read_tables(object, model, context);
     if (object.has("true_lights")) model.true_lights = object.get_list("true_lights", direction_from);
     model.relief = object.get("relief", text);
     model.scale_factor = object.get("scale_factor", real);
     model.unexplained = object.get("unexplained", real);
-    model.pictures = object.get("pictures", natural);
-    model.picture_bytes = object.get("picture_bytes", natural);
-    model.file_bytes = object.get("file_bytes", natural);
+    read_extent(object, model);
     model.surface = model_from(object.member("surface"), "surface", context);
     object.finish();
     try {

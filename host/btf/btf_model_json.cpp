@@ -1,7 +1,10 @@
 #include "host/btf/btf_model_json.hpp"
 
 #include "host/base/half.hpp"
+#include "host/btf/btf_measured.hpp"
 #include "host/btf/btf_names.hpp"
+#include "host/model/model_json.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield::detail {
 
@@ -45,6 +48,40 @@ BtfDirection direction_from(const json& value, const std::string& where, const C
     const std::vector<double> numbers = list(value, where, context, real);
     if (numbers.size() != 2) fail(context, where + " is not theta and phi");
     return {numbers[0], numbers[1]};
+}
+
+void put_scope(ordered_json& value, const BtfMeasured& model) {
+    value["size"] = size_value(model.size);
+    value["colours"] = model.colours;
+    value["colour_space"] = name(model.space);
+    put_plane_meanings(value, model.names, {});
+    value["white"] = model.white;
+    value["views"] = directions_value(model.views);
+    value["lights"] = directions_value(model.lights);
+}
+
+void read_scope(Object& object, BtfMeasured& model, const Context& context) {
+    model.size = object.get("size", json_reading::size);
+    model.colours = object.get("colours", integer);
+    if (model.colours < 1 || model.colours > most_btf_colours)
+        fail(context, "colours is no number of planes");
+    model.space = object.get_name<ColourSpace>("colour_space");
+    model.names = read_names(object, model.colours, context);
+    model.white = object.get("white", real);
+    model.views = object.get_list("views", direction_from);
+    model.lights = object.get_list("lights", direction_from);
+}
+
+void put_extent(ordered_json& value, const BtfMeasured& model) {
+    value["pictures"] = model.pictures;
+    value["picture_bytes"] = model.picture_bytes;
+    value["file_bytes"] = model.file_bytes;
+}
+
+void read_extent(Object& object, BtfMeasured& model) {
+    model.pictures = object.get("pictures", natural);
+    model.picture_bytes = object.get("picture_bytes", natural);
+    model.file_bytes = object.get("file_bytes", natural);
 }
 
 BtfMethod read_btf_method(Object& object, bool joint, const Context& context) {

@@ -71,6 +71,15 @@ template <typename Number>
 [[nodiscard]] BtfDirection direction_from(const nlohmann::json& value, const std::string& where,
                                           const json_reading::Context& context);
 
+/// Size, colours, white, views and lights.
+void put_scope(nlohmann::ordered_json& value, const BtfMeasured& model);
+/// \throws InputError
+void read_scope(json_reading::Object& object, BtfMeasured& model, const json_reading::Context& context);
+/// How many pictures and bytes the set had.
+void put_extent(nlohmann::ordered_json& value, const BtfMeasured& model);
+/// \throws InputError
+void read_extent(json_reading::Object& object, BtfMeasured& model);
+
 /// Of the key `method`; joint where there is none.
 /// \param joint  which kind the caller reads
 /// \throws InputError where the file has the other kind

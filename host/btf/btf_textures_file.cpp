@@ -14,7 +14,6 @@
 #include "host/btf/direction_grid.hpp"
 #include "host/btf/texture_code.hpp"
 #include "host/model/model_json.hpp"
-#include "host/pictures/picture_names.hpp"
 
 namespace btfield {
 
@@ -66,13 +65,7 @@ ordered_json textures_json(const BtfTextures& model, bool binary) {
     value["format"] = btf_format;
     value["version"] = version_value(false, {});
     value["method"] = name(model.method);
-    value["size"] = size_value(model.size);
-    value["colours"] = model.colours;
-    value["colour_space"] = name(model.space);
-    put_plane_meanings(value, model.names, {});
-    value["white"] = model.white;
-    value["views"] = directions_value(model.views);
-    value["lights"] = directions_value(model.lights);
+    put_scope(value, model);
     if (!has_all_pairs(model)) value["present"] = bytes_value(presence_of(model), binary);
     if (!model.true_lights.empty()) value["moved_lights"] = moved_lights(model);
     value["match"] = name(model.match);
@@ -89,9 +82,7 @@ ordered_json textures_json(const BtfTextures& model, bool binary) {
     }
     if (!is_identity(model.sources)) value["sources"] = table_value(model.sources, binary);
     value["texture_means"] = halves_value(model.texture_means, binary);
-    value["pictures"] = model.pictures;
-    value["picture_bytes"] = model.picture_bytes;
-    value["file_bytes"] = model.file_bytes;
+    put_extent(value, model);
     value["textures"] = textures_value(model.textures, binary);
     return value;
 }
@@ -148,15 +139,7 @@ BtfTextures textures_model_from(const json& value, Context context) {
     read_version(object, btf_format, context);
     BtfTextures model;
     model.method = read_btf_method(object, false, context);
-    model.size = object.get("size", json_reading::size);
-    model.colours = object.get("colours", integer);
-    if (model.colours < 1 || model.colours > most_btf_colours)
-        fail(context, "colours is no number of planes");
-    model.space = object.get_name<ColourSpace>("colour_space");
-    model.names = read_names(object, model.colours, context);
-    model.white = object.get("white", real);
-    model.views = object.get_list("views", direction_from);
-    model.lights = object.get_list("lights", direction_from);
+    read_scope(object, model, context);
     read_pairs(object, model, context);
     const auto colours = static_cast<std::size_t>(model.colours);
     model.match = object.get_name<BtfMatch>("match");
@@ -169,9 +152,7 @@ BtfTextures textures_model_from(const json& value, Context context) {
     read_labels(object, model, context);
     model.texture_means = halves_from(object.member("texture_means"), "texture_means", context,
                                       model.textures.size() * colours);
-    model.pictures = object.get("pictures", natural);
-    model.picture_bytes = object.get("picture_bytes", natural);
-    model.file_bytes = object.get("file_bytes", natural);
+    read_extent(object, model);
     object.finish();
     try {
         check(model);
