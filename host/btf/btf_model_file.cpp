@@ -16,7 +16,6 @@
 #include "host/btf/surface_field.hpp"
 #include "host/compound/compound_json.hpp"
 #include "host/model/model_json.hpp"
-#include "host/pictures/picture_names.hpp"
 
 namespace btfield {
 
@@ -81,14 +80,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["format"] = btf_format;
     value["version"] = version_value(false, {});
     value["method"] = name(BtfMethod::joint);
-    value["size"] = size_value(model.size);
-    value["colours"] = model.colours;
-    value["colour_space"] = name(model.space);
-    put_plane_meanings(value, model.names, {});
-    value["white"] = model.white;
-    value["views"] = directions_value(model.views);
-    value["lights"] = directions_value(model.lights);
-    put_pairs(value, model, binary);
+    put_scope(value, model, binary);
     const BtfTables& tables = model.tables;
     value["mean"] = halves_value(tables.mean, binary);
     value["contrast"] = table_value(tables.contrast, binary);
@@ -101,9 +93,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["scale_factor"] = model.scale_factor;
     value["unexplained"] = model.unexplained;
     value["table_error"] = model.table_error;
-    value["pictures"] = model.pictures;
-    value["picture_bytes"] = model.picture_bytes;
-    value["file_bytes"] = model.file_bytes;
+    put_extent(value, model);
     value["surface"] = surface_value(model, binary);
     return value;
 }
@@ -129,24 +119,13 @@ BtfModel model_from_json(const json& value, Context context) {
     read_version(object, btf_format, context);
     read_btf_method(object, true, context);
     BtfModel model;
-    model.size = object.get("size", json_reading::size);
-    model.colours = object.get("colours", integer);
-    if (model.colours < 1 || model.colours > most_btf_colours)
-        fail(context, "colours is no number of planes");
-    model.space = object.get_name<ColourSpace>("colour_space");
-    model.names = read_names(object, model.colours, context);
-    model.white = object.get("white", real);
-    model.views = object.get_list("views", direction_from);
-    model.lights = object.get_list("lights", direction_from);
-    read_pairs(object, model, context);
+    read_scope(object, model, context);
     read_tables(object, model, context);
     model.relief = object.get("relief", text);
     model.scale_factor = object.get("scale_factor", real);
     model.unexplained = object.get("unexplained", real);
     model.table_error = object.get("table_error", real);
-    model.pictures = object.get("pictures", natural);
-    model.picture_bytes = object.get("picture_bytes", natural);
-    model.file_bytes = object.get("file_bytes", natural);
+    read_extent(object, model);
     model.surface = surface_from(object.member("surface"), context);
     object.finish();
     try {

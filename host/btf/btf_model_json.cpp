@@ -3,6 +3,8 @@
 #include "host/base/half.hpp"
 #include "host/btf/btf_measured.hpp"
 #include "host/btf/btf_names.hpp"
+#include "host/model/model_json.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield::detail {
 
@@ -64,6 +66,9 @@ std::vector<std::size_t> bits_from(const json& value, const std::string& where, 
     return meant;
 }
 
+namespace {
+
+/// Pairs and true lights.
 void put_pairs(ordered_json& value, const BtfMeasured& model, bool binary) {
     const std::size_t all = model.views.size() * model.lights.size();
     if (model.pairs.size() < all) {
@@ -81,6 +86,7 @@ void put_pairs(ordered_json& value, const BtfMeasured& model, bool binary) {
     value["moved_lights"] = std::move(moved);
 }
 
+/// Beside views and lights, which the model has.
 void read_pairs(Object& object, BtfMeasured& model, const Context& context) {
     const std::size_t lights = model.lights.size(), all = model.views.size() * lights;
     if (all < 1 || all > most_possible_btf_pairs) fail(context, "it has no views or lights, or too many");
@@ -104,6 +110,44 @@ void read_pairs(Object& object, BtfMeasured& model, const Context& context) {
         if (pair >= model.pairs.size()) fail(context, where + " has a pair that is not there");
         model.true_lights[pair] = {real(moved[i][1], where, context), real(moved[i][2], where, context)};
     }
+}
+
+}  // namespace
+
+void put_scope(ordered_json& value, const BtfMeasured& model, bool binary) {
+    value["size"] = size_value(model.size);
+    value["colours"] = model.colours;
+    value["colour_space"] = name(model.space);
+    put_plane_meanings(value, model.names, {});
+    value["white"] = model.white;
+    value["views"] = directions_value(model.views);
+    value["lights"] = directions_value(model.lights);
+    put_pairs(value, model, binary);
+}
+
+void read_scope(Object& object, BtfMeasured& model, const Context& context) {
+    model.size = object.get("size", json_reading::size);
+    model.colours = object.get("colours", integer);
+    if (model.colours < 1 || model.colours > most_btf_colours)
+        fail(context, "colours is no number of planes");
+    model.space = object.get_name<ColourSpace>("colour_space");
+    model.names = read_names(object, model.colours, context);
+    model.white = object.get("white", real);
+    model.views = object.get_list("views", direction_from);
+    model.lights = object.get_list("lights", direction_from);
+    read_pairs(object, model, context);
+}
+
+void put_extent(ordered_json& value, const BtfMeasured& model) {
+    value["pictures"] = model.pictures;
+    value["picture_bytes"] = model.picture_bytes;
+    value["file_bytes"] = model.file_bytes;
+}
+
+void read_extent(Object& object, BtfMeasured& model) {
+    model.pictures = object.get("pictures", natural);
+    model.picture_bytes = object.get("picture_bytes", natural);
+    model.file_bytes = object.get("file_bytes", natural);
 }
 
 BtfMethod read_btf_method(Object& object, bool joint, const Context& context) {

@@ -77,10 +77,14 @@ template <typename Number>
 [[nodiscard]] std::vector<std::size_t> bits_from(const nlohmann::json& value, const std::string& where,
                                                  const json_reading::Context& context, std::size_t count);
 
-/// Keys `present` and `moved_lights`: pairs and true lights.
-void put_pairs(nlohmann::ordered_json& value, const BtfMeasured& model, bool binary);
-/// Beside views and lights, which the model has.
-void read_pairs(json_reading::Object& object, BtfMeasured& model, const json_reading::Context& context);
+/// Size, colours, white, views and lights, pairs and true lights.
+void put_scope(nlohmann::ordered_json& value, const BtfMeasured& model, bool binary);
+/// \throws InputError
+void read_scope(json_reading::Object& object, BtfMeasured& model, const json_reading::Context& context);
+/// How many pictures and bytes the set had.
+void put_extent(nlohmann::ordered_json& value, const BtfMeasured& model);
+/// \throws InputError
+void read_extent(json_reading::Object& object, BtfMeasured& model);
 
 /// Of the key `method`; joint where there is none.
 /// \param joint  which kind the caller reads

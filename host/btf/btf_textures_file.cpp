@@ -14,7 +14,6 @@
 #include "host/btf/direction_grid.hpp"
 #include "host/btf/texture_code.hpp"
 #include "host/model/model_json.hpp"
-#include "host/pictures/picture_names.hpp"
 
 namespace btfield {
 
@@ -37,14 +36,7 @@ ordered_json textures_json(const BtfTextures& model, bool binary) {
     value["format"] = btf_format;
     value["version"] = version_value(false, {});
     value["method"] = name(model.method);
-    value["size"] = size_value(model.size);
-    value["colours"] = model.colours;
-    value["colour_space"] = name(model.space);
-    put_plane_meanings(value, model.names, {});
-    value["white"] = model.white;
-    value["views"] = directions_value(model.views);
-    value["lights"] = directions_value(model.lights);
-    put_pairs(value, model, binary);
+    put_scope(value, model, binary);
     value["match"] = name(model.match);
     if (model.match == BtfMatch::means) {
         value["means"] = halves_value(model.means, binary);
@@ -59,9 +51,7 @@ ordered_json textures_json(const BtfTextures& model, bool binary) {
     }
     if (!is_identity(model.sources)) value["sources"] = table_value(model.sources, binary);
     value["texture_means"] = halves_value(model.texture_means, binary);
-    value["pictures"] = model.pictures;
-    value["picture_bytes"] = model.picture_bytes;
-    value["file_bytes"] = model.file_bytes;
+    put_extent(value, model);
     value["textures"] = textures_value(model.textures, binary);
     return value;
 }
@@ -94,16 +84,7 @@ BtfTextures textures_model_from(const json& value, Context context) {
     read_version(object, btf_format, context);
     BtfTextures model;
     model.method = read_btf_method(object, false, context);
-    model.size = object.get("size", json_reading::size);
-    model.colours = object.get("colours", integer);
-    if (model.colours < 1 || model.colours > most_btf_colours)
-        fail(context, "colours is no number of planes");
-    model.space = object.get_name<ColourSpace>("colour_space");
-    model.names = read_names(object, model.colours, context);
-    model.white = object.get("white", real);
-    model.views = object.get_list("views", direction_from);
-    model.lights = object.get_list("lights", direction_from);
-    read_pairs(object, model, context);
+    read_scope(object, model, context);
     const auto colours = static_cast<std::size_t>(model.colours);
     model.match = object.get_name<BtfMatch>("match");
     if (model.match == BtfMatch::means) {
@@ -115,9 +96,7 @@ BtfTextures textures_model_from(const json& value, Context context) {
     read_labels(object, model, context);
     model.texture_means = halves_from(object.member("texture_means"), "texture_means", context,
                                       model.textures.size() * colours);
-    model.pictures = object.get("pictures", natural);
-    model.picture_bytes = object.get("picture_bytes", natural);
-    model.file_bytes = object.get("file_bytes", natural);
+    read_extent(object, model);
     object.finish();
     try {
         check(model);

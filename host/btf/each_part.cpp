@@ -149,21 +149,21 @@ void check_header(const std::string& bytes, const std::string& header, const std
     if (bytes.starts_with(header)) return;
     const std::string remedy =
         "give the set and the options that it was begun with, or remove it and begin anew";
-    const std::size_t end = bytes.find('\n');
-    if (end == std::string::npos) throw InputError(asked, "it is no part of a BTF fit", remedy);
-    const json found = parse_strictly(std::string_view(bytes).substr(0, end), asked);
-    const json wanted = json::parse(header);
-    for (const char* what : {"format", "software", "set", "options"}) {
-        if (found.contains(what) && found[what] == wanted[what]) continue;
-        const std::string_view key(what);
-        if (key == "format") break;
-        throw InputError(asked,
-                         key == "software" ? "another version of btfield began it"
-                         : key == "set"    ? "it was begun with another set"
-                                           : "it was begun with other options",
-                         remedy);
+    const std::string_view line = std::string_view(bytes).substr(0, bytes.find('\n'));
+    json found;
+    try {
+        found = parse_strictly(line, asked);
+    } catch (const InputError&) {
+        throw InputError(asked, "it is no part of a BTF fit", remedy);
     }
-    throw InputError(asked, "it is no part of a BTF fit", remedy);
+    const json wanted = json::parse(header);
+    const auto same = [&](const char* what) { return found.contains(what) && found[what] == wanted[what]; };
+    throw InputError(asked,
+                     !same("format")     ? "it is no part of a BTF fit"
+                     : !same("software") ? "another version of btfield began it"
+                     : !same("set")      ? "it was begun with another set"
+                                         : "it was begun with other options",
+                     remedy);
 }
 
 }  // namespace

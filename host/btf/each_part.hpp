@@ -14,8 +14,8 @@
 
 namespace btfield::detail {
 
-/// A file of records, each with its length and a checksum: whenever a process ends, at most the record that it
-/// was writing is lost. Locked while it is open.
+/// A file of records, each with its length and a checksum: whenever a process ends, at most the record that
+/// it was writing is lost. Locked while it is open.
 class EachPart {
   public:
     /// Reads what the file holds, and cuts off a record that is not complete.

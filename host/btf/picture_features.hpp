@@ -1,6 +1,6 @@
 #pragma once
 
-// What pictures of a set are compared by when they are clustered, and their means and deviations (theory 22.1).
+// What pictures of a set are compared by when they are clustered, and their moments (theory 22.1).
 
 #include <span>
 #include <vector>

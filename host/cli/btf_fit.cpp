@@ -29,8 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* asked_fit = "fit a BTF";
-
 struct BtfFitArguments {
     std::string set, output, height, device;
     BtfOptions reading;

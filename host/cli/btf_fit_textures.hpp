@@ -19,7 +19,8 @@ struct TexturesFitArguments {
     bool overwrite = false, json = false;
 };
 
-/// Keeps what is done of `each` beside the model, in a file whose name ends in .part, until the model is there.
+/// Keeps what is done of `each` beside the model, in a file whose name ends in .part, until the model is
+/// there.
 void run_textures_fit(const TexturesFitArguments& options);
 
 [[nodiscard]] Json textures_json(const BtfTextures& model, std::uintmax_t bytes);

@@ -13,6 +13,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "btfield/btf_textures.hpp"
 #include "btfield/error.hpp"
 #include "btfield/height.hpp"
 #include "btfield/made_btf.hpp"
@@ -286,6 +287,45 @@ TEST_F(BtfModelled, GrownSurfacesHaveThePicturesStatistics) {
     }
     EXPECT_LE(far, a.values().size() / 1000);  // rays that graze an edge
     EXPECT_GT(changed, a.values().size() / 2);
+}
+
+/// Of all pixels and colours, each about its colour's mean.
+double correlation(const Image& a, const Image& b) {
+    double product = 0.0, of_a = 0.0, of_b = 0.0;
+    for (int c = 0; c < a.planes(); ++c) {
+        const double mean_a = mean_of(a.plane(c)), mean_b = mean_of(b.plane(c));
+        for (std::size_t p = 0; p < area(a.size()); ++p) {
+            const double da = static_cast<double>(a.plane(c)[p]) - mean_a,
+                         db = static_cast<double>(b.plane(c)[p]) - mean_b;
+            product += da * db;
+            of_a += da * da;
+            of_b += db * db;
+        }
+    }
+    return product / std::sqrt(of_a * of_b);
+}
+
+TEST_F(BtfModelled, PicturesUnderTwoLightsGoTogether) {
+    const BtfFit fit = fit_btf(device_, *set_, options());
+    const BtfSynthesiser joint(device_, fit.model, {96, 128}, 3);
+    const BtfTextureSynthesiser segment(device_, fit_btf_textures(device_, *set_).model, {96, 128}, 3);
+    double of_joint = 0.0, of_segment = 0.0;
+    int pairs = 0;
+    for (const std::size_t v : {std::size_t{0}, std::size_t{3}, std::size_t{14}})
+        for (const auto& [a, b] : {std::pair(9, 11), std::pair(9, 13), std::pair(2, 12)}) {
+            const double truth =
+                correlation(set_->picture(static_cast<int>(v), a), set_->picture(static_cast<int>(v), b));
+            const auto off = [&, view = set_->views()[v], one = set_->lights()[static_cast<std::size_t>(a)],
+                              other = set_->lights()[static_cast<std::size_t>(b)]](const auto& grown) {
+                return std::abs(correlation(grown.picture(view, one), grown.picture(view, other)) - truth);
+            };
+            of_joint += off(joint);
+            of_segment += off(segment);
+            ++pairs;
+        }
+    EXPECT_LE(of_joint / pairs, 0.05);
+    // Textures of clusters have the same noise, and nothing else that would tell what is a slope.
+    EXPECT_GE(of_segment, 2.0 * of_joint);
 }
 
 TEST_F(BtfModelled, FilesComeBackAsTheyWere) {

@@ -1,28 +1,23 @@
-// host/btf/btf_textures_fit.cpp, btf_textures_synthesis.cpp, btf_textures_file.cpp, texture_code.cpp,
-// each_part.cpp, picture_clusters.cpp, picture_features.cpp, matched_tone.cpp and textures_score.cpp.
+// host/btf/btf_textures_fit.cpp, btf_textures_synthesis.cpp, btf_textures_file.cpp, each_part.cpp,
+// picture_clusters.cpp, picture_texture.cpp, textures_directions.cpp and textures_score.cpp.
 
 #include "btfield/btf_textures.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <random>
 #include <set>
 
-#include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/threads.hpp"
-#include "host/btf/contrast_code.hpp"
-#include "host/btf/matched_tone.hpp"
-#include "host/btf/picture_features.hpp"
-#include "host/btf/texture_code.hpp"
 #include "tests/device_cases.hpp"
-#include "tests/example_model.hpp"
+#include "tests/plane_statistics.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace btfield {
@@ -92,17 +87,6 @@ BtfTexturesOptions quick(BtfMethod method) {
     return options;
 }
 
-struct PlaneStatistics {
-    double mean = 0.0, deviation = 0.0;
-};
-PlaneStatistics statistics(std::span<const float> values) {
-    double sum = 0.0, squares = 0.0;
-    for (const float v : values) sum += static_cast<double>(v);
-    const double mean = sum / static_cast<double>(values.size());
-    for (const float v : values) squares += (static_cast<double>(v) - mean) * (static_cast<double>(v) - mean);
-    return {mean, std::sqrt(squares / static_cast<double>(values.size()))};
-}
-
 class BtfTextured : public testing::Test {
   protected:
     BtfTextured() : source_(std::make_shared<KindsOfPictures>()), set_(source_) {}
@@ -144,7 +128,8 @@ TEST_F(BtfTextured, DirectionsHaveTheirMeansAndContrasts) {
             EXPECT_EQ(found.size(), (Size{48, 56}));
             EXPECT_EQ(found.space(), ColourSpace::linear);
             for (int c = 0; c < 3; ++c) {
-                const PlaneStatistics a = statistics(truth.plane(c)), b = statistics(found.plane(c));
+                const test::PlaneStatistics a = test::statistics_of(truth.plane(c)),
+                                            b = test::statistics_of(found.plane(c));
                 EXPECT_NEAR(b.mean, a.mean, 0.002 * a.mean) << pair.view << " " << pair.light;
                 // Half a step of the code, and what groups of values leave.
                 EXPECT_NEAR(b.deviation, a.deviation, 0.025 * a.deviation) << pair.view << " " << pair.light;
@@ -170,8 +155,8 @@ TEST_F(BtfTextured, WithoutMatchingDirectionsOfATextureAreTheSame) {
     }
     // A texture has the statistics of the picture that it stands for.
     const BtfPair& source = model.pairs[model.sources[0]];
-    const PlaneStatistics a = statistics(set_.picture(source.view, source.light).plane(0)),
-                          b = statistics(grown.texture(0).plane(0));
+    const test::PlaneStatistics a = test::statistics_of(set_.picture(source.view, source.light).plane(0)),
+                                b = test::statistics_of(grown.texture(0).plane(0));
     EXPECT_NEAR(b.mean, a.mean, 0.05 * a.mean);
     EXPECT_NEAR(b.deviation, a.deviation, 0.25 * a.deviation);
 }
@@ -294,7 +279,7 @@ TEST_F(BtfTextured, FlatAndMissingPicturesAreTaken) {
             write_btf_textures(folder_.path() / "f.btfm", model);
             const BtfTextureSynthesiser grown(device_, read_btf_textures(folder_.path() / "f.btfm"), side, 1);
             const Image flat = grown.picture(set.views()[1], set.lights()[2]);
-            for (const float v : flat.values()) ASSERT_NEAR(v, value, 1e-3F * value);
+            for (const float v : flat.values()) ASSERT_NEAR(v, value, 1e-3F * value + 1e-5F);
             EXPECT_TRUE(std::ranges::all_of(grown.picture(set.views()[0], set.lights()[5]).values(),
                                             [](float v) { return std::isfinite(v); }));
         }
@@ -308,8 +293,9 @@ TEST_F(BtfTextured, OtherPlanesThanColoursWillDo) {
         const BtfTextureSynthesiser grown(device_, fit.model, side, 1);
         const Image found = grown.picture(set.views()[1], set.lights()[1]), truth = set.picture(1, 1);
         ASSERT_EQ(found.planes(), planes);
-        EXPECT_NEAR(statistics(found.plane(planes - 1)).mean, statistics(truth.plane(planes - 1)).mean,
-                    0.01 * statistics(truth.plane(planes - 1)).mean);
+        EXPECT_NEAR(test::statistics_of(found.plane(planes - 1)).mean,
+                    test::statistics_of(truth.plane(planes - 1)).mean,
+                    0.01 * test::statistics_of(truth.plane(planes - 1)).mean);
     }
 }
 
@@ -359,13 +345,13 @@ TEST_F(BtfTextured, MovedLightsAndDoublesComeBack) {
     for (const BtfPair& pair : model.pairs)
         model.true_lights.push_back(model.lights[static_cast<std::size_t>(pair.light)]);
     model.true_lights[7].phi += 0.125;
-    model.textures[1].mean[0] += 1e-12;  // not of single precision
+    model.textures[1].levels[0].gain += 1e-12;  // not of single precision
     const auto path = folder_.path() / "m.btfm";
     write_btf_textures(path, model);
     const BtfTextures back = read_btf_textures(path);
     EXPECT_EQ(back.true_lights, model.true_lights);
-    EXPECT_EQ(back.textures[1].mean, model.textures[1].mean);
-    EXPECT_EQ(back.textures[0].mean, model.textures[0].mean);
+    EXPECT_EQ(back.textures[1].levels[0].gain, model.textures[1].levels[0].gain);
+    EXPECT_EQ(back.textures[0].levels[0].gain, model.textures[0].levels[0].gain);
 }
 
 TEST_F(BtfTextured, DamagedFilesAreRefused) {
@@ -443,117 +429,6 @@ TEST_F(BtfTextured, PicturesLeftOutAreScored) {
     EXPECT_GT(fit.score->model.mean_error, 0.05);
     EXPECT_GT(fit.score->nearest.mean_error, 0.05);
     EXPECT_GE(fit.score->model.std_error_95, fit.score->model.std_error);
-}
-
-TEST(PictureFeatures, HistogramsAreThoseOfLab) {
-    // One pixel each of black, mid grey, white, red, green and blue, many times.
-    const float colours[6][3] = {
-        {0, 0, 0}, {0.184187F, 0.184187F, 0.184187F}, {1, 1, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    const double lab[6][3] = {{0, 0, 0},
-                              {50, 0, 0},
-                              {100, 0, 0},
-                              {53.24, 80.09, 67.2},
-                              {87.73, -86.18, 83.18},
-                              {32.3, 79.19, -107.86}};
-    Image image({6, 6}, 3, ColourSpace::linear);
-    for (int p = 0; p < 3; ++p)
-        for (int r = 0; r < 6; ++r)
-            for (int c = 0; c < 6; ++c) image.at(p, r, c) = 2.5F * colours[c][p];
-    ASSERT_EQ(detail::feature_count(image), 192);
-    std::vector<float> features(192);
-    detail::put_features(image, 2.5, features);
-    for (int h = 0; h < 3; ++h)
-        for (int bin = 0; bin < 64; ++bin) {
-            // Values within 0.05 of an edge may fall on either side.
-            int least = 0, most = 0;
-            for (const auto& colour : lab) {
-                const double edge = h == 0 ? 100.0 * (bin + 1) / 64 : -112.0 + 224.0 * (bin + 1) / 64;
-                least += colour[h] < edge - 0.05 || bin == 63;
-                most += colour[h] < edge + 0.05 || bin == 63;
-            }
-            const float found = features[static_cast<std::size_t>(64 * h + bin)];
-            EXPECT_GE(found, static_cast<float>(least) / 6.0F - 1e-5F) << h << " " << bin;
-            EXPECT_LE(found, static_cast<float>(most) / 6.0F + 1e-5F) << h << " " << bin;
-        }
-    const detail::PictureMoments moments = detail::moments_of(image);
-    EXPECT_NEAR(moments.mean[0], 2.5 * (0.184187 + 2) / 6, 1e-6);
-    EXPECT_NEAR(moments.deviation[0], statistics(image.plane(0)).deviation, 1e-6);
-}
-
-TEST(PictureFeatures, LargePicturesAreSampled) {
-    Image image({300, 400}, 1);
-    for (int r = 0; r < 300; ++r)
-        for (int c = 0; c < 400; ++c) image.at(0, r, c) = static_cast<float>(c % 50) / 50.0F;
-    std::vector<float> features(64);
-    detail::put_features(image, 1.0, features);
-    // L* = 50 at 0.184: values 0 to 9 of 50 are darker.
-    EXPECT_NEAR(features[31], 0.2, 0.02);
-    EXPECT_EQ(features[63], 1.0F);
-    image.at(0, 0, 0) = -3.0F;
-    EXPECT_NEAR(detail::moments_of(image).mean[0], 0.49, 1e-6);
-}
-
-TEST(MatchedTone, MeansAndDeviationsAreMet) {
-    std::mt19937 engine(3);
-    std::gamma_distribution<float> gamma(2.0F, 0.2F);
-    std::vector<float> values(20000);
-    for (float& value : values) value = gamma(engine);
-    values[5] = 0.0F;
-    const PlaneStatistics own = statistics(values);
-    const detail::TonedPlane plane(values);
-    for (const double contrast : {0.1, 0.5, 0.9, 1.1, 1.8})
-        for (const double mean : {0.01, 3.0}) {
-            const double deviation = mean * contrast * own.deviation / own.mean;
-            std::vector<float> toned = values;
-            detail::tone_plane(toned, plane.tone(mean, deviation));
-            const PlaneStatistics found = statistics(toned);
-            EXPECT_NEAR(found.mean, mean, 0.002 * mean);
-            EXPECT_NEAR(found.deviation, deviation, 0.02 * deviation) << contrast;
-            EXPECT_GE(std::ranges::min(toned), 0.0F);
-            // Brighter stays brighter.
-            EXPECT_EQ(values[1] < values[2], toned[1] < toned[2]);
-        }
-    std::vector<float> toned = values;
-    detail::tone_plane(toned, plane.tone(0.5, 0.0));
-    EXPECT_TRUE(std::ranges::all_of(toned, [](float v) { return v == 0.5F; }));
-    const std::vector<float> flat(100, 0.5F), black(100, 0.0F);
-    toned = flat;
-    detail::tone_plane(toned, detail::TonedPlane(flat).tone(2.0, 1.0));
-    EXPECT_NEAR(toned[50], 2.0F, 1e-5F);
-    toned = black;
-    detail::tone_plane(toned, detail::TonedPlane(black).tone(2.0, 1.0));
-    EXPECT_EQ(toned[50], 0.0F);
-}
-
-TEST(ContrastCode, StepsAreSmall) {
-    EXPECT_EQ(detail::contrast_code(1.0, 0.0), 0);
-    EXPECT_EQ(detail::contrast_code(0.0, 1.0), 0);
-    EXPECT_EQ(detail::contrast_of_code(0), 0.0);
-    EXPECT_EQ(detail::contrast_code(1.0, 1e9), 255);
-    for (double contrast = 0.003; contrast < 10.0; contrast *= 1.0123)
-        EXPECT_NEAR(detail::contrast_of_code(detail::contrast_code(0.5, 0.5 * contrast)), contrast,
-                    0.0176 * contrast);
-}
-
-TEST(TextureCode, NumbersComeBackWhateverTheyAre) {
-    for (const ModelKind kind : model_kinds())
-        for (const bool marginals : {false, true}) {
-            TextureModel model = test::example_model(kind, 3, 2, NoiseForm::full, false, marginals);
-            model.levels[0].certificate.valid = false;
-            model.levels[0].log_likelihood = std::numeric_limits<double>::quiet_NaN();
-            const auto value = nlohmann::json(detail::textures_value({model, model}, true));
-            EXPECT_EQ(value["forms"].size(), 1U);
-            const std::vector<TextureModel> back = detail::textures_from(value, "textures", {"read"});
-            ASSERT_EQ(back.size(), 2U);
-            EXPECT_EQ(linear_field(back[1].levels[0].models[0]).coefficients,
-                      linear_field(model.levels[0].models[0]).coefficients);
-            EXPECT_TRUE(std::isnan(back[1].levels[0].log_likelihood));
-            EXPECT_EQ(back[1].basis.matrix, model.basis.matrix);
-            const TextureModel rounded = detail::single_precision(model);
-            EXPECT_LE(detail::coded_bytes(rounded), detail::coded_bytes(model));
-            EXPECT_NEAR(linear_field(rounded.levels[0].models[0]).coefficients[0],
-                        linear_field(model.levels[0].models[0]).coefficients[0], 1e-6);
-        }
 }
 
 }  // namespace

@@ -272,6 +272,80 @@ TEST_F(CliBtfModel, FitsAndGrows) {
     EXPECT_EQ(surface["tileable"], true);
 }
 
+TEST_F(CliBtfModel, TexturesOfClustersAndOfPictures) {
+    const auto fit_by = [&](const std::string& model, Words more) {
+        Words words{"btf", "fit", at("set"), "-o", at(model), "--levels", "1", "--order", "1"};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    };
+    const json segment =
+        expect_object(fit_by("s.btfm", {"--method", "segment", "--clusters", "3", "--leave-out", "9"}));
+    expect_keys(segment,
+                {"output", "method", "planes", "unexplained", "clusters", "textures", "match", "pictures",
+                 "relief", "left_out", "model", "valid", "bytes", "parts", "compression_ratio", "device"});
+    expect_seconds(segment, {"pictures", "clusters", "textures", "score", "total"});
+    EXPECT_EQ(segment["method"], "segment");
+    EXPECT_EQ(segment["clusters"], 3);
+    EXPECT_EQ(segment["textures"], 3);
+    EXPECT_EQ(segment["match"], "means");
+    EXPECT_EQ(segment["model"], "3d-msar");
+    EXPECT_EQ(segment["pictures"], 72);
+    EXPECT_EQ(segment["planes"], nullptr);
+    EXPECT_EQ(segment["left_out"]["directions"], 9);
+    EXPECT_LE(segment["left_out"]["mean_error"], segment["left_out"]["nearest"]["mean_error"]);
+    EXPECT_EQ(segment["bytes"], fs::file_size(at("s.btfm")));
+
+    const json each = expect_object(fit_by("e.btfm", {"--method", "each", "--jobs", "2"}));
+    EXPECT_EQ(each["textures"], 81);
+    EXPECT_EQ(each["clusters"], nullptr);
+    EXPECT_EQ(each["resumed"], 0);
+    EXPECT_EQ(each["model"], "3d-car");
+    EXPECT_FALSE(fs::exists(at("e.btfm.part")));
+
+    for (const char* model : {"s.btfm", "e.btfm"}) {
+        const json info = expect_object({"btf", "info", at(model)});
+        expect_keys(info, {"format", "method", "size", "planes", "views", "lights", "pictures", "colour",
+                           "white", "textures", "match", "model", "valid", "bytes", "parts",
+                           "compression_ratio", "file_ratio"});
+        int parts = 0;
+        for (const auto& [part, bytes] : info["parts"].items()) parts += bytes.get<int>();
+        EXPECT_EQ(parts, info["bytes"]);
+        EXPECT_EQ(info["parts"]["contrasts"], info["pictures"].get<int>() * 3);
+        EXPECT_NE(btfield({"btf", "info", at(model)}).out.find("textures as 3d-"), std::string::npos);
+        const json one = expect_object({"btf", "synth", at(model), "-o", at("one.exr"), "--view", "30,90",
+                                        "--light", "60,180", "--size", "48x32"});
+        expect_keys(one, {"outputs", "size", "seeds", "tileable", "clamped_pixels", "device"});
+        EXPECT_EQ(read_picture(at("one.exr")).image.size(), (Size{32, 48}));
+        expect_failure({"btf", "synth", at(model), "-o", at("x.exr"), "--surface"}, 1,
+                       "textures of pictures");
+    }
+    const json all =
+        expect_object({"btf", "synth", at("s.btfm"), "-o", at("all"), "--all", "--type", "half"});
+    EXPECT_EQ(all["pictures"], 81);
+    const BtfSet grown = BtfSet::open(at("all")), measured = BtfSet::open(at("set"));
+    EXPECT_EQ(grown.description().height.planes(), 0);
+    const auto mean = [](const Image& image) {
+        double sum = 0.0;
+        for (const float v : image.values()) sum += static_cast<double>(v);
+        return sum / static_cast<double>(image.values().size());
+    };
+    EXPECT_NEAR(mean(grown.picture(3, 4)), mean(measured.picture(3, 4)), 0.02 * mean(measured.picture(3, 4)));
+
+    expect_failure(fit_by("x.btfm", {"--method", "segment", "--planes", "3"}), 2,
+                   "--planes goes with --method joint, not with segment");
+    expect_failure(fit_by("x.btfm", {"--method", "each", "--clusters", "3"}), 2,
+                   "--clusters goes with --method segment");
+    expect_failure(fit_by("x.btfm", {"--match", "none"}), 2, "--match goes with --method segment or each");
+    expect_failure(fit_by("x.btfm", {"--jobs", "2"}), 2, "--jobs goes with --method each");
+    expect_failure(fit_by("x.btfm", {"--method", "each", "--periodic"}), 2, "--periodic");
+    expect_failure(fit_by("x.btfm", {"--method", "segment", "--model", "compound"}), 2,
+                   "--model compound goes with --method joint");
+    test::put_bytes(at("x.btfm.part"), "mine\n");
+    expect_failure(fit_by("x.btfm", {"--method", "each"}), 1, "it is no part of a BTF fit");
+    EXPECT_EQ(test::bytes_of(at("x.btfm.part")), "mine\n");
+    EXPECT_FALSE(fs::exists(at("x.btfm")));
+}
+
 TEST_F(CliBtfModel, RefusesWhatCannotBe) {
     expect_failure(fit("m.png"), 1, "name of a picture");
     expect_failure(fit("m.json", {"--height-scale", "3"}), 2, "--height");

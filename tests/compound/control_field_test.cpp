@@ -434,6 +434,26 @@ TEST(ClusterSample, PartsAreCutWhereTheySpread) {
     for (size_t k = 0; k < means.size(); ++k) EXPECT_EQ(means[k], static_cast<float>(4 * k) + 1.5F);
 }
 
+TEST(KMeans, HasMoreMeansThanRegions) {
+    // 100 heaps of 5 pixels, far apart.
+    PixelPlanes planes(2, 500);
+    for (std::size_t i = 0; i < planes.pixels; ++i) {
+        planes.plane(0)[i] = static_cast<float>(10 * (i % 10)) + 0.01F * static_cast<float>(i / 100);
+        planes.plane(1)[i] = static_cast<float>(10 * (i / 10 % 10)) - 0.02F * static_cast<float>(i / 100);
+    }
+    const std::vector<std::uint8_t> labels = k_means_labels(planes, k_means_centres(planes, 100, 1), 100, 20);
+    std::set<std::uint8_t> found;
+    for (std::size_t i = 0; i < planes.pixels; ++i) {
+        found.insert(labels[i]);
+        EXPECT_LT(labels[i], 100);
+    }
+    EXPECT_EQ(found.size(), 100U);
+    // Starts may leave two heaps together and part another; hardly any.
+    std::size_t split = 0;
+    for (std::size_t i = 100; i < planes.pixels; ++i) split += labels[i] != labels[i % 100];
+    EXPECT_LE(split, 20U);
+}
+
 TEST(KMeans, EmptyRegionsGetTheFarthestPixels) {
     PixelPlanes planes(1, 10000);
     for (size_t i = 0; i < 5; ++i) planes.plane(0)[i * 100 + 7] = static_cast<float>(i + 1);

@@ -3,11 +3,15 @@
 #include <cmath>
 
 #include "btfield/btf_set.hpp"
+#include "btfield/btf_textures.hpp"
 #include "btfield/error.hpp"
 #include "host/btf/picture_folder.hpp"
 #include "host/btf/side_file.hpp"
 #include "tests/btf_bytes.hpp"
+#include "tests/example_model.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
+#include "tests/places.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace btfield::test {
 namespace {
@@ -67,12 +71,56 @@ std::vector<std::string> name_seeds() {
         R"({"format": "btfield-btf", "version": 1, "exposure": 0.5, "white": 100, "height": "height.exr"})"};
 }
 
+void read_model_of_either_kind(std::string_view bytes) {
+    const std::variant<BtfModel, BtfTextures> model = read_any_btf(file_with(bytes));
+    const auto* textures = std::get_if<BtfTextures>(&model);
+    if (textures == nullptr) return;
+    const TemporaryFolder folder;
+    write_btf_textures(folder / "a.btfm", *textures);
+    const std::string once = bytes_of(folder / "a.btfm");
+    write_btf_textures(folder / "a.btfm", read_btf_textures(folder / "a.btfm"));
+    demand(bytes_of(folder / "a.btfm") == once, "a model that was read changes when it is read again");
+}
+
+std::vector<std::string> textures_seeds() {
+    BtfTextures model;
+    model.size = {37, 45};
+    model.colours = 3;
+    model.views = {{}, {0.5, 1.0}};
+    model.lights = {{}, {0.3, 2.0}, {1.0, 4.0}};
+    model.pairs = {{0, 0}, {0, 1}, {1, 0}, {1, 2}};
+    for (const BtfPair& pair : model.pairs)
+        model.true_lights.push_back(model.lights[static_cast<std::size_t>(pair.light)]);
+    model.true_lights[1].phi += 0.1;
+    model.textures = {example_model(ModelKind::msar3d, 3, 2), example_model(ModelKind::car2d, 3, 1)};
+    model.sources = {0, 3};
+    model.texture_means.assign(6, 0.25F);
+    model.labels = {0, 0, 1, 1};
+    model.means.assign(12, 0.5F);
+    model.contrasts.assign(12, 100);
+    std::vector<std::string> seeds;
+    const TemporaryFolder folder;
+    for (const BtfMatch match : {BtfMatch::means, BtfMatch::none}) {
+        model.match = match;
+        if (match == BtfMatch::none) {
+            model.means.clear();
+            model.contrasts.clear();
+        }
+        for (const char* name : {"a.json", "a.btfm"}) {
+            write_btf_textures(folder / name, model);
+            seeds.push_back(bytes_of(folder / name));
+        }
+    }
+    return seeds;
+}
+
 }  // namespace
 
 std::vector<FuzzTarget> btf_targets() {
     return {{"btf-ubo2014", &read_set, &ubo2014_seeds},
             {"btf-utia", &read_set, &utia_seeds},
-            {"btf-names", &read_names, &name_seeds}};
+            {"btf-names", &read_names, &name_seeds},
+            {"btf-textures", &read_model_of_either_kind, &textures_seeds}};
 }
 
 }  // namespace btfield::test
