@@ -128,6 +128,7 @@ void run_render(const RenderArguments& options) {
     const std::vector<fs::path> outputs = plan(options, model);
     BtfScene scene = options.scene;
     if (options.size) scene.size = *options.size;
+    scene.background /= options.exposure;  // what is beside the shape stays as it is
     Device device(options.device);
     const BtfRenderer renderer(device, model, options.tile.value_or(model.size), options.seed,
                                options.allow_invalid);
