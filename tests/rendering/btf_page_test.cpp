@@ -55,7 +55,8 @@ TEST(BtfPage, HoldsAllThatItNeeds) {
             EXPECT_TRUE(page.substr(at, 26) == "http://www.w3.org/2000/svg") << foreign;
         }
     }
-    EXPECT_NE(page.find("<title>Moss &amp; &lt;/script>&lt;b></title>"), std::string::npos) << page.substr(0, 400);
+    EXPECT_NE(page.find("<title>Moss &amp; &lt;/script>&lt;b></title>"), std::string::npos)
+        << page.substr(0, 400);
     const json told = json::parse(element(page, "material"));
     EXPECT_EQ(told["title"], "Moss & </script><b>");
     EXPECT_EQ(told["size"], json::array({32, 24}));
