@@ -170,8 +170,8 @@ Image LitShape::sphere(const BtfScene& scene, const LitView& view, const LitTabl
         scene.size, samples, met,
         [&](const Buffer& places, const Buffer& rays, int first, int band) {
             device_->launch(device_->kernel("lit_shape", "place_sphere", BuildParameters()),
-                            range_of(columns, band, samples), Grain::fine, right, up, to, light, radius,
-                            radian, static_cast<float>(std::cos(view.steepest_view)),
+                            range_of(columns, band), Grain::fine, right, up, to, light, radius, radian,
+                            static_cast<float>(std::cos(view.steepest_view)),
                             static_cast<float>(std::sin(view.steepest_view)), places, rays, size_.width,
                             size_.height, columns, rows, first, band);
         },

@@ -88,31 +88,30 @@ inline float lit_of(const Normal* n, float4 light) {
 
 #ifdef BTFIELD_KERNEL_place_sphere
 // camera_…, light: unit vectors in the sphere's frame. radius: pixels. texels: of a radian. steepest: cosine and sine of
-// the lowest ray. Work-item (column, row of the band, sample).
+// the lowest ray. Work-item (column, row of the band).
 __kernel void place_sphere(float4 camera_right, float4 camera_up, float4 camera_to, float4 light, float radius, float texels,
                            float steepest_cosine, float steepest_sine, __global float* places, __global float* rays,
                            int width, int height, int columns, int rows, int first, int band) {
-    const int column = (int)get_global_id(0), row = (int)get_global_id(1), sample = (int)get_global_id(2);
+    const int column = (int)get_global_id(0), row = (int)get_global_id(1);
     if (column >= columns) return;
     const size_t stride = (size_t)columns * band, pixel = (size_t)row * columns + column;
-    const size_t index = (size_t)sample * stride + pixel;
     const float2 middle = pixel_at(column, first + row, columns, rows);
     const Normal n = normal_at(middle / radius, camera_right, camera_up, camera_to);
-    places[index] = -1.0f;
-    if (coverage_of(middle, radius) <= 0.0f || lit_of(&n, light) <= 0.0f) return;
-
-    const float level = fmax(sqrt(1.0f - n.y * n.y), 1e-6f);
+    const float level = fmax(sqrt(fmax(1.0f - n.y * n.y, 0.0f)), 1e-6f);
     const float density = texels / (radius * fmax(level, 0.25f)), slope_x = n.right / n.to, slope_y = n.up / n.to;
     const int across = samples_of(density * sqrt(1.0f + slope_x * slope_x));
     const int down = samples_of(density * sqrt(1.0f + slope_y * slope_y));
-    if (sample >= across * down) return;
-    const Normal own =
-        normal_at((middle + to_sample(sample, across, down)) / radius, camera_right, camera_up, camera_to);
-    const float2 angles = angles_of(&own);
-    places[index] = wrapped(0.5f * (float)(width - 1) + texels * angles.x, width);
-    places[MOST_SAMPLES * MOST_SAMPLES * stride + index] =
-        wrapped(0.5f * (float)(height - 1) - texels * angles.y, height);
-    if (sample > 0) return;
+    const int most = MOST_SAMPLES * MOST_SAMPLES;
+    const int count = coverage_of(middle, radius) > 0.0f && lit_of(&n, light) > 0.0f ? across * down : 0;
+    for (int sample = 0; sample < count; ++sample) {
+        const Normal own =
+            normal_at((middle + to_sample(sample, across, down)) / radius, camera_right, camera_up, camera_to);
+        const float2 angles = angles_of(&own);
+        const size_t index = (size_t)sample * stride + pixel;
+        places[index] = wrapped(0.5f * (float)(width - 1) + texels * angles.x, width);
+        places[most * stride + index] = wrapped(0.5f * (float)(height - 1) - texels * angles.y, height);
+    }
+    for (int sample = count; sample < most; ++sample) places[(size_t)sample * stride + pixel] = -1.0f;
 
     // The viewer in the frame of the place.
     const float sine = n.x / level, cosine = n.z / level;
