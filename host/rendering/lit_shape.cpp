@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "host/btf/surface_view.hpp"
+
 namespace btfield::detail {
 namespace {
 
@@ -56,14 +58,7 @@ LitShape::LitShape(DeviceImpl& device, const Image& surface, int colours)
     const auto [lowest, highest] = std::ranges::minmax_element(surface.plane(0));
     lowest_ = *lowest;
     highest_ = *highest;
-    const auto padded = static_cast<std::size_t>(padded_);
-    std::vector<float> values(padded * area(size_));
-    for (int k = 0; k < planes_; ++k) {
-        const auto plane = surface.plane(k + 1);
-        for (std::size_t p = 0; p < plane.size(); ++p)
-            values[p * padded + static_cast<std::size_t>(k)] = plane[p];
-    }
-    planes_of_pixels_ = device.upload(values);
+    planes_of_pixels_ = device.upload(planes_by_pixel(surface, padded_));
 }
 
 Kernel LitShape::kernel(const char* name) const {

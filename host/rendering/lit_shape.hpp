@@ -50,9 +50,10 @@ class LitShape {
         Vector3 to{};
         std::shared_ptr<const Buffer> places;
     };
-    /// Band by band: place(places, rays, first row, rows), rays to the relief, show(picture, places, first row,
-    /// rows).
-    /// \param met  places of a picture that is one band, to be shown as they are; without them, to be left there
+    /// Band by band: place(places, rays, first row, rows), rays to the relief, show(picture, places, first
+    /// row, rows).
+    /// \param met  places of a picture that is one band, to be shown as they are; without them, to be left
+    ///     there
     template <class Place, class Show>
     [[nodiscard]] Image picture(Size size, int samples, std::shared_ptr<const Buffer>& met,
                                 const Place& place, const Show& show) const;
