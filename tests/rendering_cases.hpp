@@ -27,7 +27,7 @@ inline Image smooth_surface(Size size, int planes, double relief = 1.5) {
     return surface;
 }
 
-/// All pairs of the 81 directions. Means fall from above to the rim, and planes answer to light from the sides.
+/// All pairs of the 81 directions. Means fall from above to the rim, planes answer to light from the sides.
 inline BtfModel smooth_btf(Size size, int colours = 3, int planes = 5) {
     BtfModel model;
     model.size = size;

@@ -24,6 +24,17 @@ PlaneTone tone_of(std::span<const float> values, double contrast) {
 
 }  // namespace
 
+std::vector<float> planes_by_pixel(const Image& surface, int padded) {
+    const auto stride = static_cast<std::size_t>(padded);
+    std::vector<float> values(stride * area(surface.size()));
+    for (int k = 1; k < surface.planes(); ++k) {
+        const auto plane = surface.plane(k);
+        for (std::size_t p = 0; p < plane.size(); ++p)
+            values[p * stride + static_cast<std::size_t>(k - 1)] = plane[p];
+    }
+    return values;
+}
+
 SurfaceView::SurfaceView(DeviceImpl& device, const Image& surface, int colours)
     : device_(&device),
       size_(surface.size()),
@@ -31,14 +42,7 @@ SurfaceView::SurfaceView(DeviceImpl& device, const Image& surface, int colours)
       planes_(surface.planes() - 1),
       padded_((surface.planes() + 2) / 4 * 4),
       relief_(device, first_plane(surface)) {
-    const auto padded = static_cast<std::size_t>(padded_);
-    std::vector<float> values(padded * area(size_));
-    for (int k = 0; k < planes_; ++k) {
-        const auto plane = surface.plane(k + 1);
-        for (std::size_t p = 0; p < plane.size(); ++p)
-            values[p * padded + static_cast<std::size_t>(k)] = plane[p];
-    }
-    planes_of_pixels_ = device.upload(values);
+    planes_of_pixels_ = device.upload(planes_by_pixel(surface, padded_));
 }
 
 SurfaceView::Rays SurfaceView::rays(const std::array<double, 3>& view) const {

@@ -6,12 +6,17 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <utility>
+#include <vector>
 
 #include "btfield/image.hpp"
 #include "host/btf/direction_table.hpp"
 #include "host/btf/view_rays.hpp"
 
 namespace btfield::detail {
+
+/// As kernels take them: planes behind the first, [pixel][padded], with zeros behind.
+[[nodiscard]] std::vector<float> planes_by_pixel(const Image& surface, int padded);
 
 /// For any number of threads.
 class SurfaceView {

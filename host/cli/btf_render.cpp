@@ -108,6 +108,7 @@ std::vector<fs::path> plan(const RenderArguments& options, const BtfModel& model
     RunFiles files(options.overwrite, options.json);
     files.reads(options.model, "that is the model");
     const int frames = options.frames.value_or(1);
+    outputs.reserve(static_cast<std::size_t>(frames));
     for (int i = 0; i < frames; ++i)
         outputs.push_back(options.frames ? numbered(options.output, i, frames) : fs::path(options.output));
     for (const fs::path& output : outputs) {
@@ -128,6 +129,7 @@ void run_render(const RenderArguments& options) {
     const std::vector<fs::path> outputs = plan(options, model);
     BtfScene scene = options.scene;
     if (options.size) scene.size = *options.size;
+    scene.background /= options.exposure;  // what is beside the shape stays as it is
     Device device(options.device);
     const BtfRenderer renderer(device, model, options.tile.value_or(model.size), options.seed,
                                options.allow_invalid);

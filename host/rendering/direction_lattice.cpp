@@ -15,7 +15,8 @@ constexpr double quarter = 0.25 * std::numbers::pi;
 }  // namespace
 
 BtfDirection DirectionSquare::at(int index) const {
-    const double half = 0.5 * (side - 1), x = (index % side) / half - 1.0, y = (index / side) / half - 1.0;
+    const int column = index % side, row = index / side;
+    const double half = 0.5 * (side - 1), x = column / half - 1.0, y = row / half - 1.0;
     const double out = std::max(std::abs(x), std::abs(y));
     if (out == 0.0) return {};
     const double phi = std::abs(x) >= std::abs(y) ? quarter * y / x + (x < 0.0 ? 4.0 * quarter : 0.0)
@@ -48,8 +49,9 @@ DirectionLattice direction_lattice(const DirectionTable& table, int side, std::s
     const int count = lattice.views.count();
     lattice.entries.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(count));
     for (int v = 0; v < count; ++v) {
+        const std::size_t first = static_cast<std::size_t>(v) * static_cast<std::size_t>(count);
         for_each_block(count, [&](int l) {
-            lattice.entries[static_cast<std::size_t>(v * count + l)] =
+            lattice.entries[first + static_cast<std::size_t>(l)] =
                 first_planes(lit_weights(table, lattice.views.at(v), lattice.lights.at(l)), planes);
         });
         if (progress) progress((v + 1.0) / count);

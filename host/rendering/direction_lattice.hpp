@@ -1,6 +1,6 @@
 #pragma once
 
-// A table of directions on a lattice, for programs that interpolate in it at a glance (theory 22.2).
+// A table of directions on a lattice, for programs that interpolate in it at a glance (theory 23.2).
 
 #include <array>
 #include <cstddef>

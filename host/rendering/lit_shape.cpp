@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "host/btf/surface_view.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -17,8 +20,19 @@ Float4 float4(const Vector3& v) {
 /// Numbers of a colour before its weights.
 constexpr std::size_t table_head = 4;
 
-Range range_of(Size size) {
-    return {static_cast<std::size_t>(size.width), static_cast<std::size_t>(size.height)};
+/// Of a pixel along each axis at most, as the kernels have it.
+constexpr int most_samples = 4;
+/// Floats of places that a band may take.
+constexpr std::size_t most_places = std::size_t{1} << 24;
+
+/// As the kernels have it.
+int samples_of(double texels) {
+    return std::clamp(static_cast<int>(std::ceil(static_cast<float>(texels) - 0.01F)), 1, most_samples);
+}
+
+Range range_of(int columns, int rows, int samples = 1) {
+    return {static_cast<std::size_t>(columns), static_cast<std::size_t>(rows),
+            static_cast<std::size_t>(samples)};
 }
 
 /// The texel in the middle of a picture's axis: that of the tile, or the nearest by which pixels 1:1 are
@@ -44,14 +58,7 @@ LitShape::LitShape(DeviceImpl& device, const Image& surface, int colours)
     const auto [lowest, highest] = std::ranges::minmax_element(surface.plane(0));
     lowest_ = *lowest;
     highest_ = *highest;
-    const auto padded = static_cast<std::size_t>(padded_);
-    std::vector<float> values(padded * area(size_));
-    for (int k = 0; k < planes_; ++k) {
-        const auto plane = surface.plane(k + 1);
-        for (std::size_t p = 0; p < plane.size(); ++p)
-            values[p * padded + static_cast<std::size_t>(k)] = plane[p];
-    }
-    planes_of_pixels_ = device.upload(values);
+    planes_of_pixels_ = device.upload(planes_by_pixel(surface, padded_));
 }
 
 Kernel LitShape::kernel(const char* name) const {
@@ -81,38 +88,93 @@ Buffer LitShape::upload(const LitTable& table) const {
     return device_->upload(values);
 }
 
-Image LitShape::plane(const BtfScene& scene, const LitView& view, const LitTable& table) const {
-    const Vector3 to = view.camera.to;
-    // A place of the plane lies 1 / cos theta as far along the view as in the picture.
-    const double more = 1.0 / (to[2] * (1.0 + to[2])), scale = 1.0 / scene.scale;
-    const auto texels = [&](double value) { return static_cast<float>(scale * value); };
-    Image image(scene.size, colours_);
-    const Buffer uploaded = upload(table), picture = device_->buffer(image.values().size_bytes());
-    device_->launch(kernel("show_plane"), range_of(scene.size), Grain::fine, relief_, planes_of_pixels_,
-                    uploaded, size_.width, size_.height, lowest_, highest_, static_cast<float>(to[0]),
-                    static_cast<float>(to[1]), static_cast<float>(to[2]), static_cast<float>(view.light[2]),
-                    static_cast<float>(middle(scene.size.width, size_.width)),
-                    static_cast<float>(middle(scene.size.height, size_.height)),
-                    texels(1.0 + more * to[0] * to[0]), texels(more * to[0] * to[1]),
-                    texels(1.0 + more * to[1] * to[1]), picture, scene.size.width, scene.size.height);
+template <class Place, class Show>
+Image LitShape::picture(Size size, int samples, std::shared_ptr<const Buffer>& met, const Place& place,
+                        const Show& show) const {
+    Image image(size, colours_);
+    const int columns = size.width,
+              most_rows = static_cast<int>(std::clamp<std::size_t>(
+                  most_places / (2 * static_cast<std::size_t>(samples) * static_cast<std::size_t>(columns)),
+                  1, static_cast<std::size_t>(size.height)));
+    const std::size_t pixels = static_cast<std::size_t>(most_rows) * static_cast<std::size_t>(columns);
+    const Buffer picture = device_->buffer(image.values().size_bytes());
+    const bool known = met != nullptr;
+    if (!known)
+        met = std::make_shared<const Buffer>(
+            device_->buffer(2 * static_cast<std::size_t>(samples) * pixels * sizeof(float)));
+    const Buffer rays = device_->buffer(3 * pixels * sizeof(float));
+    for (int first = 0; first < size.height; first += most_rows) {
+        const int band = std::min(most_rows, size.height - first);
+        if (!known) {
+            place(*met, rays, first, band);
+            device_->launch(device_->kernel("lit_shape", "meet_places", BuildParameters()),
+                            range_of(band * columns, samples), Grain::fine, relief_, rays, lowest_, highest_,
+                            *met, samples, size_.width, size_.height, band * columns);
+        }
+        show(picture, *met, first, band);
+    }
+    if (most_rows < size.height) met.reset();
     device_->read(picture, image.values().data(), image.values().size_bytes());
     return image;
 }
 
-Image LitShape::sphere(const BtfScene& scene, const LitView& view, const LitTable& table) const {
-    const double radian =
-        tiles_around(scene, size_.width) * static_cast<double>(size_.width) / (2.0 * std::numbers::pi);
-    Image image(scene.size, colours_);
-    const Buffer uploaded = upload(table), picture = device_->buffer(image.values().size_bytes());
-    device_->launch(kernel("show_sphere"), range_of(scene.size), Grain::fine, relief_, planes_of_pixels_,
-                    uploaded, table.longitudes, table.latitudes, size_.width, size_.height, lowest_, highest_,
-                    float4(view.camera.right), float4(view.camera.up), float4(view.camera.to),
-                    float4(view.light), static_cast<float>(sphere_radius(scene.size)),
-                    static_cast<float>(radian), static_cast<float>(std::cos(view.steepest_view)),
-                    static_cast<float>(std::sin(view.steepest_view)), picture, scene.size.width,
-                    scene.size.height);
-    device_->read(picture, image.values().data(), image.values().size_bytes());
+Image LitShape::plane(const BtfScene& scene, const LitView& view, const LitTable& table) const {
+    const Vector3 to = view.camera.to;
+    // A place of the plane lies 1 / cos theta as far along the view as in the picture.
+    const double more = 1.0 / (to[2] * (1.0 + to[2])), scale = 1.0 / scene.scale;
+    const double xx = scale * (1.0 + more * to[0] * to[0]), xy = scale * more * to[0] * to[1],
+                 yy = scale * (1.0 + more * to[1] * to[1]);
+    const int across = samples_of(std::hypot(xx, xy)), down = samples_of(std::hypot(xy, yy)),
+              columns = scene.size.width, rows = scene.size.height;
+    const Buffer uploaded = upload(table);
+    const auto single = [](double value) { return static_cast<float>(value); };
+    Met met{scene.size, scene.scale, to, nullptr};
+    {
+        const std::lock_guard lock(mutex_);
+        if (met_.size == met.size && met_.scale == met.scale && met_.to == met.to) met.places = met_.places;
+    }
+    Image image = picture(
+        scene.size, across * down, met.places,
+        [&](const Buffer& places, const Buffer& rays, int first, int band) {
+            device_->launch(device_->kernel("lit_shape", "place_plane", BuildParameters()),
+                            range_of(columns, band, across * down), Grain::fine, single(to[0]), single(to[1]),
+                            single(to[2]), single(middle(columns, size_.width)),
+                            single(middle(rows, size_.height)), single(xx), single(xy), single(yy), across,
+                            down, places, rays, size_.width, size_.height, columns, rows, first, band);
+        },
+        [&](const Buffer& picture, const Buffer& places, int first, int band) {
+            device_->launch(kernel("show_plane"), range_of(columns, band), Grain::fine, planes_of_pixels_,
+                            uploaded, places, across * down, single(view.light[2]), picture, size_.width,
+                            size_.height, columns, rows, first, band);
+        });
+    const std::lock_guard lock(mutex_);
+    met_ = std::move(met);
     return image;
+}
+
+Image LitShape::sphere(const BtfScene& scene, const LitView& view, const LitTable& table) const {
+    const auto radian = static_cast<float>(tiles_around(scene, size_.width) *
+                                           static_cast<double>(size_.width) / (2.0 * std::numbers::pi));
+    const auto radius = static_cast<float>(sphere_radius(scene.size));
+    const Float4 right = float4(view.camera.right), up = float4(view.camera.up), to = float4(view.camera.to),
+                 light = float4(view.light);
+    const int samples = most_samples * most_samples, columns = scene.size.width, rows = scene.size.height;
+    const Buffer uploaded = upload(table);
+    std::shared_ptr<const Buffer> met;  // depends on the light, too
+    return picture(
+        scene.size, samples, met,
+        [&](const Buffer& places, const Buffer& rays, int first, int band) {
+            device_->launch(device_->kernel("lit_shape", "place_sphere", BuildParameters()),
+                            range_of(columns, band), Grain::fine, right, up, to, light, radius, radian,
+                            static_cast<float>(std::cos(view.steepest_view)),
+                            static_cast<float>(std::sin(view.steepest_view)), places, rays, size_.width,
+                            size_.height, columns, rows, first, band);
+        },
+        [&](const Buffer& picture, const Buffer& places, int first, int band) {
+            device_->launch(kernel("show_sphere"), range_of(columns, band), Grain::fine, planes_of_pixels_,
+                            uploaded, places, table.longitudes, table.latitudes, right, up, to, light, radius,
+                            picture, size_.width, size_.height, columns, rows, first, band);
+        });
 }
 
 }  // namespace btfield::detail

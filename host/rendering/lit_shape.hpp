@@ -1,7 +1,9 @@
 #pragma once
 
-// Planes of a surface on a plane or a sphere, as a camera sees them (theory 22.1).
+// Planes of a surface on a plane or a sphere, as a camera sees them (theory 23.1).
 
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "btfield/btf_renderer.hpp"
@@ -41,12 +43,28 @@ class LitShape {
   private:
     [[nodiscard]] Buffer upload(const LitTable& table) const;
     [[nodiscard]] Kernel kernel(const char* name) const;
+    /// Places of the surface that a plane shows, whatever the light.
+    struct Met {
+        Size size;
+        double scale = 0.0;
+        Vector3 to{};
+        std::shared_ptr<const Buffer> places;
+    };
+    /// Band by band: place(places, rays, first row, rows), rays to the relief, show(picture, places, first
+    /// row, rows).
+    /// \param met  places of a picture that is one band, to be shown as they are; without them, to be left
+    ///     there
+    template <class Place, class Show>
+    [[nodiscard]] Image picture(Size size, int samples, std::shared_ptr<const Buffer>& met,
+                                const Place& place, const Show& show) const;
 
     DeviceImpl* device_;
     Size size_;
     int colours_, planes_, padded_;
     float lowest_, highest_;
     Buffer relief_, planes_of_pixels_;
+    mutable std::mutex mutex_;  ///< of what follows
+    mutable Met met_;           ///< of the last plane
 };
 
 /// Pixels of the sphere's radius.

@@ -10,10 +10,10 @@
 namespace btfield::detail {
 namespace {
 
-/// Longitudes, and latitudes with both poles: steps of 5 degrees.
-constexpr int longitudes = 72, latitudes = 37;
+/// Longitudes, and latitudes with both poles: steps of 7.5 degrees.
+constexpr int longitudes = 48, latitudes = 25;
 /// Sine of the diagonal of a step: entries about any place that is seen and lit are no further behind.
-const double beside = std::sin(std::numbers::sqrt2 * 5.0 * std::numbers::pi / 180.0);
+const double beside = std::sin(std::numbers::sqrt2 * 7.5 * std::numbers::pi / 180.0);
 /// Lights and views as low as the horizon are those of the ring, wherever that is.
 constexpr double lowest = 0.5 * std::numbers::pi - 1e-3;
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Tables of a shape: what is known of the directions at each of its places (theory 22.1).
+// Tables of a shape: what is known of the directions at each of its places (theory 23.1).
 
 #include <cstddef>
 

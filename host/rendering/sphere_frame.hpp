@@ -1,6 +1,6 @@
 #pragma once
 
-// Where a camera stands, and the frames of places on a sphere (theory 22.1).
+// Where a camera stands, and the frames of places on a sphere (theory 23.1).
 
 #include <array>
 

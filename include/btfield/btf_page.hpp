@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// A page for browsers that shows a material under any view and light (theory 22.2).
+/// A page for browsers that shows a material under any view and light (theory 23.2).
 
 #include <cstdint>
 #include <functional>
@@ -19,8 +19,8 @@ struct BtfPageOptions {
     std::function<void(double share)> progress;
 };
 
-/// One HTML page with all that it needs in it: a program for WebGL 2, the grown tile (planes in 8 bits, height
-/// in 16), the model's tables, and one of 121 × 121 directions. It shows what BtfRenderer does.
+/// One HTML page with all that it needs in it: a program for WebGL 2, the grown tile (planes in 8 bits,
+/// height in 16), the model's tables, and one of 121 × 121 directions. It shows what BtfRenderer does.
 /// \param grown  of the model
 /// \throws InputError when the model has neither one colour nor three, the surface is not the model's, or
 ///     fewer planes than 1 or more than the model's are asked for

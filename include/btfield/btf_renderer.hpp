@@ -2,7 +2,7 @@
 
 /// \file
 /// A material that a BTF model tells, seen by a camera: on a plane or a sphere, under directional light
-/// (theory 22.1).
+/// (theory 23.1).
 
 #include <cstdint>
 #include <memory>

@@ -1,6 +1,6 @@
 #pragma once
 
-// What lies between the entries of a lattice of directions, as a page in a browser has it (theory 22.2).
+// What lies between the entries of a lattice of directions, as a page in a browser has it (theory 23.2).
 
 #include <cmath>
 #include <vector>

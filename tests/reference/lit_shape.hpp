@@ -1,6 +1,6 @@
 #pragma once
 
-// Pixels of a material on a plane or a sphere in float64 (theory 22.1).
+// Pixels of a material on a plane or a sphere in float64 (theory 23.1).
 
 #include <algorithm>
 #include <array>
@@ -31,8 +31,8 @@ inline void add(Entry& sum, double share, const Entry& other) {
     for (std::size_t i = 0; i < other.weights.size(); ++i) sum.weights[i] += share * other.weights[i];
 }
 
-/// z² of each colour where a ray through (x, y) of the mean plane first meets the relief, from above, found in
-/// steps of 1/200 of a texel.
+/// z² of each colour where a ray through (x, y) of the mean plane first meets the relief, from above, found
+/// in steps of 1/200 of a texel.
 inline std::vector<double> squares(const Image& surface, double x, double y, const Vector3& ray,
                                    const Entry& entry) {
     const auto [low, high] = std::ranges::minmax(surface.plane(0));

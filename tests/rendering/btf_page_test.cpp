@@ -143,7 +143,7 @@ class BtfPageBrowser : public testing::Test {
         EXPECT_EQ(told["troubles"], json::array()) << told["troubles"];
         return told["result"];
     }
-    /// All states, one after the other, as addresses that the page restores; the first is the one it opens with.
+    /// All states, as addresses that the page restores; the first is the one that it opens with.
     void expect_renderings(const BtfModel& model) {
         put(model);
         const std::vector<State> all = states();
@@ -161,7 +161,7 @@ class BtfPageBrowser : public testing::Test {
             const Image truth =
                 renderer.picture({all[i].shape, {120, 160}, 1.0, 0.02}, all[i].view, all[i].light);
             const auto [mean, largest] = differences(folder_, canvas, truth);
-            // Planes of 8 bits, and filters whose weights have as many; spheres by a lattice of 15 degrees too.
+            // Planes of 8 bits, and filters whose weights have as many; spheres by a lattice too.
             EXPECT_LE(mean, all[i].shape == BtfShape::plane ? 0.5 : 1.0) << address_of(all[i]);
             EXPECT_LE(largest, all[i].shape == BtfShape::plane ? 4.0 : 30.0) << address_of(all[i]);
         }

@@ -58,6 +58,20 @@ TEST_F(BtfRendered, APlaneFromTheSideIsForeshortened) {
             ASSERT_NEAR(found.at(1, 20 + 2 * r, 12 + c), truth.at(1, 9 + r, 11 + c), 1e-4F) << r << " " << c;
 }
 
+TEST_F(BtfRendered, PicturesDoNotDependOnThoseBefore) {
+    const BtfScene scene{BtfShape::plane, {30, 34}, 1.0, 0.0}, larger{BtfShape::plane, {30, 34}, 2.0, 0.0};
+    const BtfDirection view{0.7, 1.0}, other{0.7, 2.0}, light{0.5, 2.0};
+    const auto fresh = [&](const BtfScene& of, const BtfDirection& from) {
+        return BtfRenderer(test::default_device(), model_, surface_).picture(of, from, light);
+    };
+    static_cast<void>(renderer_.picture(scene, view, {0.9, 4.0}));
+    for (const auto& [of, from] :
+         {std::pair(scene, view), std::pair(scene, other), std::pair(larger, other)}) {
+        const Image first = renderer_.picture(of, from, light), truth = fresh(of, from);
+        EXPECT_TRUE(std::ranges::equal(first.values(), truth.values()));
+    }
+}
+
 TEST_F(BtfRendered, LightBeyondTheRingFallsAsTheCosine) {
     const BtfScene scene{BtfShape::plane, tile, 1.0, 0.0};
     const Image ring = renderer_.picture(scene, {}, {75.0 * degree, 1.0}),

@@ -68,8 +68,8 @@ TEST(DirectionLattice, LiesCloseToTheTable) {
         const PictureWeights truth = first_planes(lit_weights(table, view, light), 4),
                              found = reference::between(lattice, view, light);
         for (std::size_t c = 0; c < 3; ++c) {
-            // They fall with theta, which is max(|x|, |y|) of the square: where a cell has the diagonal in it, a
-            // quarter of a ring too low at most, which is 0.005 of the offsets and 0.02 of the means.
+            // They fall with theta, which is max(|x|, |y|) of the square: where a cell has the diagonal,
+            // a quarter of a ring off at most, which is 0.005 of the offsets and 0.02 of the means.
             EXPECT_NEAR(found.mean[c], truth.mean[c], 0.025 * truth.mean[c]);
             EXPECT_NEAR(found.offsets[c], truth.offsets[c], 6e-3);
         }

@@ -18,9 +18,9 @@ namespace {
 
 using test::degree;
 
-/// Differences to the reference. Rays are halved to 1/128 of a texel, and what they hit differs by as much of a
-/// texel times the planes' slopes, which are below 1 a texel, times weights below 0.1: 1e-3 of white. Longitudes
-/// of float32 are exact to 1e-6 of a turn and more.
+/// Rays are halved to 1/128 of a texel, and what they hit differs by as much of a texel times the planes'
+/// slopes, which are below 1 a texel, times weights below 0.1: 1e-3 of white. Longitudes of float32 are exact
+/// to 1e-6 of a turn.
 void expect_near(const Image& found, int row, int column, const std::vector<double>& truth) {
     for (int c = 0; c < found.planes(); ++c)
         EXPECT_NEAR(static_cast<double>(found.at(c, row, column)), truth[static_cast<std::size_t>(c)], 1.5e-3)
@@ -135,8 +135,8 @@ TEST(LitTable, HasWhatEachPlaceSees) {
             }
             if (seen < 0.0 || lit < 0.0) continue;
             ASSERT_EQ(entry.mean.size(), 3U);
-            // As rendering_cases.hpp has it, but that rings of 15 degrees blunt the tip of theta, by a twentieth
-            // of them; beyond the rim, that of the rim.
+            // As rendering_cases.hpp has it, but that rings of 15 degrees blunt the tip of theta, by a
+            // twentieth of them; beyond the rim, that of the rim.
             const double theta = std::min(std::acos(std::min(seen, 1.0)), 75.0 * degree);
             EXPECT_NEAR(entry.mean[1], 0.4 * (1.0 - 0.2 * theta), 4e-3) << i << " " << j;
             const auto from = seen_from(place, light, 1.5).vector();

@@ -1,8 +1,8 @@
 // Paints a state of the page into its canvas.
 
-const LONGITUDES = 72, LATITUDES = 37;
+const LONGITUDES = 48, LATITUDES = 25;
 // Sine of the diagonal of a step of the grid: entries about what is seen and lit are no further behind.
-const BESIDE = Math.sin(Math.SQRT2 * 5 * DEGREE);
+const BESIDE = Math.sin(Math.SQRT2 * 7.5 * DEGREE);
 const XYZ_TO_RGB = [3.2404542, -0.969266, 0.0556434, -1.5371385, 1.8760108, -0.2040259, -0.4985314, 0.041556, 1.0572252];
 
 class Painter {
@@ -41,7 +41,6 @@ class Painter {
     gl.uniform2f(this.place("tile"), ...this.tile);
     gl.uniform1f(this.place("lowest"), material.heightLow);
     gl.uniform1f(this.place("highest"), material.heightLow + 65535 * material.heightStep);
-    gl.uniform1f(this.place("background"), material.background);
     gl.uniformMatrix3fv(this.place("to_rgb"), false, material.space === "xyz" ? XYZ_TO_RGB : [1, 0, 0, 0, 1, 0, 0, 0, 1]);
     gl.uniform2f(this.place("steepest"), Math.cos(material.steepestView), Math.sin(material.steepestView));
   }
@@ -123,6 +122,7 @@ class Painter {
     gl.uniform1f(this.place("radius"), 0.45 * shorter * state.zoom);
     gl.uniform1f(this.place("texels"), (around * columns) / TURN);
     gl.uniform1f(this.place("exposure"), state.exposure);
+    gl.uniform1f(this.place("background"), material.background / state.exposure);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 }

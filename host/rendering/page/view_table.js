@@ -1,4 +1,4 @@
-// What the page holds: the material's planes and height, and tables of directions (theory 22.2).
+// What the page holds: the material's planes and height, and tables of directions (theory 23.2).
 
 const TURN = 2 * Math.PI;
 const DEGREE = Math.PI / 180;
@@ -95,23 +95,24 @@ class DirectionLattice {
     }
     const turn = direction.phi / TURN + 0.125, eighths = 8 * (turn - Math.floor(turn));
     const sector = Math.min(Math.floor(eighths / 2), 3), along = (eighths - 2 * sector - 1) * out;
-    return [half + [out, -along, -out, along][sector], half + [along, out, -along, -out][sector]];
+    if (sector % 2 === 0) return sector === 0 ? [half + out, half + along] : [half - out, half - along];
+    return sector === 1 ? [half - along, half + out] : [half + along, half - out];
   }
 
   /** Linear along all four axes. */
   write(view, light, target, at, stride) {
     const side = this.side, v = this.place(view, material.steepestView, false),
       l = this.place(light, material.steepestLight, true);
-    const low = [v[0], v[1], l[0], l[1]].map((x) => Math.min(Math.floor(x), side - 2));
-    const part = [v[0] - low[0], v[1] - low[1], l[0] - low[2], l[1] - low[3]];
+    const column = Math.min(Math.floor(v[0]), side - 2), row = Math.min(Math.floor(v[1]), side - 2);
+    const lightColumn = Math.min(Math.floor(l[0]), side - 2), lightRow = Math.min(Math.floor(l[1]), side - 2);
     let used = 0;
     for (let i = 0; i < 16; ++i) {
       const a = i & 1, b = (i >> 1) & 1, c = (i >> 2) & 1, d = i >> 3;
-      const share = (a ? part[0] : 1 - part[0]) * (b ? part[1] : 1 - part[1]) *
-        (c ? part[2] : 1 - part[2]) * (d ? part[3] : 1 - part[3]);
+      const share = Math.abs(1 - a - v[0] + column) * Math.abs(1 - b - v[1] + row) *
+        Math.abs(1 - c - l[0] + lightColumn) * Math.abs(1 - d - l[1] + lightRow);
       if (share === 0) continue;
       this.shares[used] = share;
-      this.corners[used++] = ((low[1] + b) * side + low[0] + a) * this.count + (low[3] + d) * side + low[2] + c;
+      this.corners[used++] = ((row + b) * side + column + a) * this.count + (lightRow + d) * side + lightColumn + c;
     }
     this.units.write(this.corners, this.shares, used, target, at, stride);
   }
