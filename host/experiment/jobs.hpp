@@ -16,15 +16,31 @@
 
 namespace btfield::detail {
 
+class OpenSets;
+
+/// Which picture of a BTF, and how the set is read; the crop is the picture's.
+struct DirectionSource {
+    std::string set_name;  ///< path as the configuration leads to it
+    BtfOptions reading;
+    ExperimentDirections at;
+};
+
+struct PictureShape {
+    Size size;
+    int planes = 0;
+};
+
 /// A picture that the configuration names.
 struct PictureSource {
-    std::string name;  ///< path as the configuration leads to it: relative where it is
-    std::filesystem::path file;
+    std::string name;  ///< path as the configuration leads to it: relative where it is; and directions
+    std::filesystem::path file;  ///< or folder, of a BTF
     std::string material;
     std::optional<Crop> crop;
     double white = 1.0;
-    std::string content;  ///< SHA-256 of the file
+    std::string content;  ///< SHA-256 of the file; of a picture of a BTF that of its values
     std::string picture;  ///< SHA-256 of content, crop and white level: what results depend on
+    std::optional<DirectionSource> direction{};
+    std::optional<PictureShape> shape{};  ///< where it was read already
 };
 
 /// What distinguishes the jobs of one picture. Rolls have order and levels 0: only the seed matters.
@@ -128,26 +144,28 @@ struct WorkReport {
 [[nodiscard]] std::string settings_text(const ExperimentConfig& config, const JobSettings& settings);
 [[nodiscard]] std::string job_key(const std::string& picture, const std::string& settings_text);
 
-/// Expands the patterns, sorted by name within each entry, and names the contents.
+/// Expands the patterns, sorted by name within each entry, chooses directions, sorted view by view, and names
+/// the contents. Pictures of BTFs are read for that, one by one, and thrown away.
 /// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same
-///     picture.
-[[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config);
+///     picture; when a set cannot be opened, or has not what is asked of it.
+[[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets);
 
-/// Reads every picture whose size is not known from before, and throws it away.
-/// \param known  size of a picture that was read before
-/// \return the size of each
+/// Reads every picture whose shape is not known from before, and throws it away.
+/// \param known  shape of a picture that was read before
+/// \return the shape of each
 /// \throws InputError naming the first picture, with its crop, that cannot be read or that the crop leaves,
 ///     and how many others there are
-std::map<std::string, Size> check_pictures(
+std::map<std::string, PictureShape> check_pictures(
     const std::vector<PictureSource>& sources,
-    const std::function<std::optional<Size>(const std::string& picture)>& known);
+    const std::function<std::optional<PictureShape>(const std::string& picture)>& known);
 
 /// Whether what the configuration lists can be had of these pictures at all.
-/// \param sizes  of the pictures
+/// \param shapes  of the pictures
 /// \throws InputError when a number of levels has no room in a picture, whatever order it goes with, or an
-///     order, whatever number of levels; when textures are larger than any device could make them
+///     order, whatever number of levels, or a model, whatever both, for the planes that it has; when textures
+///     are larger than any device could make them
 void check_room(const ExperimentConfig& config, const std::vector<PictureSource>& sources,
-                const std::map<std::string, Size>& sizes);
+                const std::map<std::string, PictureShape>& shapes);
 
 /// "x,y,w,h", or nothing.
 [[nodiscard]] std::string crop_text(const std::optional<Crop>& crop);

@@ -12,6 +12,7 @@
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/jobs.hpp"
+#include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sha256.hpp"
 #include "tests/experiment_cases.hpp"
 #include "tests/json_text.hpp"
@@ -250,11 +251,12 @@ TEST(ExperimentConfig, ConfigurationsOfP4) {
     for (const ExperimentConfig& config : {letter, improved}) {
         EXPECT_EQ(config.values, MeasuredValues::eight_bit);
         EXPECT_EQ(job_settings(config).size(), 10U * 8U * 3U);
-        const std::vector<PictureSource> sources = picture_sources(config);
+        OpenSets sets;
+        const std::vector<PictureSource> sources = picture_sources(config, sets);
         EXPECT_EQ(sources.size(), 11U);
         EXPECT_NO_THROW(check_room(
             config, sources,
-            check_pictures(sources, [](const std::string&) -> std::optional<Size> { return std::nullopt; })));
+            check_pictures(sources, [](const std::string&) -> std::optional<PictureShape> { return std::nullopt; })));
     }
     EXPECT_EQ(job_settings(read_experiment(docs + "p4-table-1-marginals.json")).size(), 2U * 10U * 3U);
 }
@@ -363,19 +365,20 @@ TEST(ExperimentConfig, PicturesArePatternsOfTheFolder) {
     ExperimentConfig config = read(good());
     config.folder = folder / "odd [1]*";
     config.pictures = {{"m", {"?.ppm"}, {}, 1.0}};
-    const std::vector<PictureSource> sources = picture_sources(config);
+    OpenSets sets;
+    const std::vector<PictureSource> sources = picture_sources(config, sets);
     ASSERT_EQ(sources.size(), 2U);
     EXPECT_EQ(sources[0].name, "a.ppm");
     EXPECT_EQ(sources[1].name, "b.ppm");
     EXPECT_NE(sources[0].picture, sources[1].picture);
     config.pictures[0].white = 2.0;
-    EXPECT_NE(picture_sources(config)[0].picture, sources[0].picture);
-    EXPECT_EQ(picture_sources(config)[0].content, sources[0].content);
+    EXPECT_NE(picture_sources(config, sets)[0].picture, sources[0].picture);
+    EXPECT_EQ(picture_sources(config, sets)[0].content, sources[0].content);
 
     config.pictures = {{"m", {"a.ppm", "?.ppm"}, {}, 1.0}};
-    EXPECT_THROW(static_cast<void>(picture_sources(config)), InputError);
+    EXPECT_THROW(static_cast<void>(picture_sources(config, sets)), InputError);
     config.pictures = {{"m", {"*.png"}, {}, 1.0}};
-    EXPECT_THROW(static_cast<void>(picture_sources(config)), InputError);
+    EXPECT_THROW(static_cast<void>(picture_sources(config, sets)), InputError);
 }
 
 }  // namespace
