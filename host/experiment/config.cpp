@@ -15,6 +15,7 @@
 #include "host/criteria/metric_names.hpp"
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/experiment_names.hpp"
+#include "host/experiment/jobs.hpp"
 #include "host/fit/fit_names.hpp"
 #include "host/pictures/picture_names.hpp"
 
@@ -166,7 +167,7 @@ void read_by_model(const Entry& entry, Value& everywhere,
         const auto model = find_value<ExperimentModel>(key);
         if (key == "default") {
             everywhere = value;
-        } else if (model && *model != ExperimentModel::roll) {
+        } else if (model && has_levels(*model)) {
             if (*model == ExperimentModel::compound && !compound)
                 entry[key.c_str()].fail("is not read: compound models have none");
             single.emplace(*model, value);
@@ -198,8 +199,7 @@ void read_directions(const Entry& entry, ExperimentBtf& btf) {
     if (entry.is_object()) {
         entry.check_keys({"number", "seed"});
         btf.number = entry["number"].integer(1, std::numeric_limits<int>::max());
-        if (entry.holds("seed"))
-            btf.seed = entry["seed"].whole(0, std::numeric_limits<std::int64_t>::max());
+        if (entry.holds("seed")) btf.seed = entry["seed"].whole(0, std::numeric_limits<std::int64_t>::max());
         return;
     }
     if (!entry.is_list()) entry.fail("is neither \"all\", nor a number of directions, nor a list of them");
@@ -213,6 +213,7 @@ ExperimentBtf btf_of(const Entry& entry) {
     ExperimentBtf btf;
     btf.set = entry["btf"].text();
     read_directions(entry["directions"], btf);
+    if (entry.holds("btf_model")) btf.model = entry["btf_model"].text();
     if (entry.holds("coding")) btf.reading.coding = entry["coding"].one_of<BtfCoding>();
     if (entry.holds("colour")) btf.reading.space = entry["colour"].one_of<ColourSpace>();
     constexpr int most = 1 << 16;
@@ -224,15 +225,16 @@ ExperimentBtf btf_of(const Entry& entry) {
 
 ExperimentPictures pictures_of(const Entry& entry) {
     constexpr int most = std::numeric_limits<int>::max();
-    entry.check_keys({"material", "files", "btf", "directions", "coding", "colour", "pixel_stride",
-                      "view_stride", "light_stride", "crop", "white"});
+    entry.check_keys({"material", "files", "btf", "btf_model", "directions", "coding", "colour",
+                      "pixel_stride", "view_stride", "light_stride", "crop", "white"});
     ExperimentPictures pictures;
     pictures.material = entry["material"].text();
     if (entry.holds("btf")) {
         if (entry.holds("files")) entry.fail("has both 'files' and 'btf'");
         pictures.btf = btf_of(entry);
     } else {
-        for (const char* key : {"directions", "coding", "colour", "pixel_stride", "view_stride", "light_stride"})
+        for (const char* key :
+             {"btf_model", "directions", "coding", "colour", "pixel_stride", "view_stride", "light_stride"})
             if (entry.holds(key)) entry[key].fail("is read of a 'btf' alone");
         pictures.files = entry["files"].list([](const Entry& file) { return file.text(); });
     }

@@ -185,8 +185,7 @@ std::string direction_maps_html(const ExperimentTable& table) {
         for (const ExperimentTable::PictureRow& row : table.picture_rows)
             if (row.material == material && row.directions) rows.push_back(&row);
         if (rows.empty()) continue;
-        std::string maps = direction_map(
-            "κ(256), logarithmic", "", values_of_rows(rows, [](const auto& row) { return row.kappa; }), true);
+        std::string maps;
         for (std::size_t m = 0; m < table.rows.size(); ++m) {
             const std::string model = model_title(table.rows[m].model);
             maps += direction_map(model + ": MEMD*, %", " %",
@@ -197,6 +196,8 @@ std::string direction_maps_html(const ExperimentTable& table) {
                                [&](const auto& row) { return 100.0 * std::abs(row.std_ratio[m] - 1.0); }),
                 false);
         }
+        maps += direction_map("κ(256), logarithmic", "",
+                              values_of_rows(rows, [](const auto& row) { return row.kappa; }), true);
         html += "<h3>" + html_text(material) + " by view and light</h3>\n<p>" +
                 counted(rows.size(), "picture") +
                 ". The middle of a disc is above the surface, its edge 90 degrees from there, phi goes "

@@ -79,6 +79,10 @@ bool has_one_estimator(ExperimentModel model) {
     return !field || family(*field) == Family::car || family(*field) == Family::ma;
 }
 
+bool has_levels(ExperimentModel model) {
+    return model != ExperimentModel::roll && model != ExperimentModel::btf;
+}
+
 NoiseForm noise_of(const ExperimentConfig& config, ExperimentModel model) {
     return setting_of(config, model, &ExperimentModelSettings::noise, config.noise);
 }
@@ -94,7 +98,7 @@ bool same_fit(const JobSettings& a, const JobSettings& b) {
 }
 
 std::string_view marginals_text(const JobSettings& settings) {
-    return settings.model == ExperimentModel::roll ? any_marginals : name(settings.marginals);
+    return has_levels(settings.model) ? name(settings.marginals) : any_marginals;
 }
 
 std::string_view name(JobStatus status) {
@@ -116,7 +120,7 @@ std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
         for (const int order : orders) {
             for (const int levels : config.levels) {
                 for (const ExperimentModel model : config.models) {
-                    if (model == ExperimentModel::roll) continue;
+                    if (!has_levels(model)) continue;
                     const auto& modes = setting_of(config, model, &Settings::marginals, config.marginals);
                     if (std::ranges::find(modes, marginals) == modes.end()) continue;
                     std::vector<EstimatorChoice> estimators =
@@ -131,10 +135,12 @@ std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
             }
         }
     }
-    if (std::ranges::find(config.models, ExperimentModel::roll) != config.models.end()) {
+    for (const ExperimentModel model : config.models) {
+        if (has_levels(model)) continue;
+        const std::string content =
+            model == ExperimentModel::btf ? btf_models_content(config) : std::string();
         for (const std::uint64_t seed : config.seeds)
-            all.push_back(
-                {ExperimentModel::roll, 0, 0, EstimatorChoice::automatic, MarginalMode::match, seed});
+            all.push_back({model, 0, 0, EstimatorChoice::automatic, MarginalMode::match, seed, content});
     }
     return all;
 }
@@ -148,6 +154,11 @@ std::string settings_text(const ExperimentConfig& config, const JobSettings& set
     // Named where it is not as it ever was: keys of older databases stay.
     if (config.values != MeasuredValues::stored) object["values"] = word_of(config.values);
     if (settings.model == ExperimentModel::roll) return object.dump();
+    if (settings.model == ExperimentModel::btf) {
+        object["allow_invalid"] = config.allow_invalid;
+        object["btf_models"] = settings.btf_models;
+        return object.dump();
+    }
     object["order"] = settings.order;
     object["levels"] = settings.levels;
     object["estimator"] = name(settings.estimator);
@@ -216,6 +227,7 @@ void identify(PictureSource& source, OpenSets& sets) {
 }  // namespace
 
 std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets) {
+    check_models_of_btfs(config);
     std::vector<PictureSource> sources;
     std::set<std::pair<std::string, std::string>> seen;
     const auto add = [&](std::vector<PictureSource> found, const std::string& pattern) {
@@ -228,7 +240,7 @@ std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenS
     for (const ExperimentPictures& entry : config.pictures) {
         for (const std::string& pattern : entry.files)
             add(matching_files(entry, config.folder, pattern), pattern);
-        if (entry.btf) add(set_pictures(entry, config.folder, sets), entry.btf->set);
+        if (entry.btf) add(set_pictures(entry, config, sets), entry.btf->set);
     }
     for_each_block(static_cast<int>(sources.size()),
                    [&](int i) { identify(sources[static_cast<std::size_t>(i)], sets); });
@@ -261,8 +273,8 @@ void check_planes(const ExperimentConfig& config, const PictureSource& source, c
         return kind && !is_2d(*kind);
     });
     if (field == config.models.end()) return;
-    const std::size_t unknowns = neighbourhood(order, NeighbourhoodKind::causal).size() *
-                                 static_cast<std::size_t>(shape.planes);
+    const std::size_t unknowns =
+        neighbourhood(order, NeighbourhoodKind::causal).size() * static_cast<std::size_t>(shape.planes);
     if (area(coarsest) > unknowns) return;
     throw InputError(asked_of(source),
                      "its " + counted(shape.planes, "plane") + " are too many for " +

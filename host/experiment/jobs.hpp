@@ -23,6 +23,9 @@ struct DirectionSource {
     std::string set_name;  ///< path as the configuration leads to it
     BtfOptions reading;
     ExperimentDirections at;
+    BtfDirection true_light;        ///< where light came from
+    std::filesystem::path model{};  ///< of the set; empty: none
+    std::string model_content{};    ///< SHA-256 of the file
 };
 
 struct PictureShape {
@@ -43,7 +46,8 @@ struct PictureSource {
     std::optional<PictureShape> shape{};  ///< where it was read already
 };
 
-/// What distinguishes the jobs of one picture. Rolls have order and levels 0: only the seed matters.
+/// What distinguishes the jobs of one picture. Rolls and pictures of BTF models have order and levels 0: only
+/// the seed matters, and what the models are.
 struct JobSettings {
     ExperimentModel model = ExperimentModel::car3d;
     int order = 1;
@@ -51,6 +55,7 @@ struct JobSettings {
     EstimatorChoice estimator = EstimatorChoice::automatic;
     MarginalMode marginals = MarginalMode::match;
     std::uint64_t seed = 0;
+    std::string btf_models{};  ///< of ExperimentModel::btf: see btf_models_content()
     friend bool operator==(const JobSettings&, const JobSettings&) = default;
 };
 
@@ -60,12 +65,15 @@ struct JobSettings {
 [[nodiscard]] NoiseForm noise_of(const ExperimentConfig& config, ExperimentModel model);
 [[nodiscard]] GainMode gains_of(const ExperimentConfig& config, ExperimentModel model);
 
+/// Rolls and BTF models are not fitted to pictures here.
+[[nodiscard]] bool has_levels(ExperimentModel model);
+
 /// True when both textures come from one model.
 [[nodiscard]] bool same_fit(const JobSettings& a, const JobSettings& b);
 
-/// Marginals of rolls, which keep the picture's whatever is asked of models.
+/// Marginals of what has_levels() not, which are its own whatever is asked of models.
 inline constexpr std::string_view any_marginals = "any";
-/// "match", "none"; any_marginals of rolls.
+/// "match", "none", or any_marginals.
 [[nodiscard]] std::string_view marginals_text(const JobSettings& settings);
 
 enum class JobStatus { done, refused, failed };
@@ -136,8 +144,9 @@ struct WorkReport {
 };
 
 /// All jobs of a picture in the order of work: of one fit together, of larger orders before smaller ones,
-/// since their lag covariances contain those of the smaller; rolls last. The estimator is `automatic` for
+/// since their lag covariances contain those of the smaller; rolls and BTF models last. The estimator is `automatic` for
 /// models that have but one.
+/// \throws InputError when a BTF model cannot be read, where they are asked for
 [[nodiscard]] std::vector<JobSettings> job_settings(const ExperimentConfig& config);
 
 /// Canonical JSON text of all that a texture and its measures depend on besides the picture.

@@ -24,7 +24,8 @@ void read_optional(const json& value, std::optional<Value>& target) {
 }
 
 json settings_json(const JobSettings& s) {
-    return json::array({name(s.model), s.order, s.levels, name(s.estimator), name(s.marginals), s.seed});
+    return json::array(
+        {name(s.model), s.order, s.levels, name(s.estimator), name(s.marginals), s.seed, s.btf_models});
 }
 
 JobSettings settings_of(const json& value) {
@@ -35,6 +36,7 @@ JobSettings settings_of(const json& value) {
     s.estimator = value_of<EstimatorChoice>(value.at(3).get<std::string>());
     s.marginals = value_of<MarginalMode>(value.at(4).get<std::string>());
     s.seed = value.at(5).get<std::uint64_t>();
+    s.btf_models = value.at(6).get<std::string>();
     return s;
 }
 
@@ -47,9 +49,16 @@ json unit_json(const WorkUnit& unit) {
         object["crop"] = {source.crop->x, source.crop->y, source.crop->width, source.crop->height};
     if (const std::optional<DirectionSource>& direction = source.direction) {
         const auto [view, light] = direction->at;
-        object["direction"] = {direction->set_name, reading_text(direction->reading),
-                               view.theta,          view.phi,
-                               light.theta,         light.phi};
+        object["direction"] = {direction->set_name,
+                               reading_text(direction->reading),
+                               view.theta,
+                               view.phi,
+                               light.theta,
+                               light.phi,
+                               direction->true_light.theta,
+                               direction->true_light.phi,
+                               direction->model.string(),
+                               direction->model_content};
     }
     object["jobs"] = json::array();
     for (const JobSettings& job : unit.jobs) object["jobs"].push_back(settings_json(job));
@@ -74,9 +83,10 @@ WorkUnit unit_of(const json& object) {
     if (object.contains("direction")) {
         const json& direction = object["direction"];
         const auto angle = [&](std::size_t i) { return direction.at(i).get<double>(); };
-        source.direction = DirectionSource{direction.at(0).get<std::string>(),
-                                           reading_of(direction.at(1).get<std::string>()),
-                                           {{angle(2), angle(3)}, {angle(4), angle(5)}}};
+        source.direction = DirectionSource{
+            direction.at(0).get<std::string>(),           reading_of(direction.at(1).get<std::string>()),
+            {{angle(2), angle(3)}, {angle(4), angle(5)}}, {angle(6), angle(7)},
+            direction.at(8).get<std::string>(),           direction.at(9).get<std::string>()};
     }
     for (const json& job : object.at("jobs")) unit.jobs.push_back(settings_of(job));
     unit.keep = object.at("keep").get<bool>();

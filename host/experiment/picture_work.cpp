@@ -14,7 +14,6 @@
 #include "btfield/error.hpp"
 #include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sha256.hpp"
-#include "host/experiment/texture_source.hpp"
 #include "host/pictures/pixel_values.hpp"
 
 namespace btfield::detail {
@@ -118,8 +117,8 @@ Picture read(const PictureSource& source, OpenSets& sets) {
 /// "bark", and of a BTF "bark-view-30-45-light-60-200".
 std::string stem_of(const PictureSource& source) {
     if (!source.direction) return fs::path(source.name).stem().string();
-    std::string text = fs::path(source.direction->set_name).stem().string() + "-" +
-                       directions_text(source.direction->at);
+    std::string text =
+        fs::path(source.direction->set_name).stem().string() + "-" + directions_text(source.direction->at);
     std::ranges::replace_if(
         text, [](char c) { return c == ' ' || c == ','; }, '-');
     return text;
@@ -129,9 +128,8 @@ std::string stem_of(const PictureSource& source) {
 std::string texture_name(const PictureSource& source, const JobSettings& settings, const std::string& metric,
                          PixelType type, int planes) {
     const bool png = is_integer(type) && (planes == 1 || planes == 3);
-    return stem_of(source) + "-" + source.picture.substr(0, 8) + "-" +
-           std::string(name(settings.model)) + "-" + std::string(marginals_text(settings)) +
-           (metric == name(Metric::max) ? "" : "-" + metric) +
+    return stem_of(source) + "-" + source.picture.substr(0, 8) + "-" + std::string(name(settings.model)) +
+           "-" + std::string(marginals_text(settings)) + (metric == name(Metric::max) ? "" : "-" + metric) +
            (png                ? ".png"
             : is_integer(type) ? ".tif"
                                : ".exr");
@@ -221,7 +219,11 @@ class PictureWork::Picture {
 
 PictureWork::PictureWork(const ExperimentConfig& config, const std::string& device, fs::path textures,
                          OpenSets& sets)
-    : config_(config), device_(device), textures_(std::move(textures)), sets_(sets) {}
+    : config_(config),
+      device_(device),
+      textures_(std::move(textures)),
+      sets_(sets),
+      btfs_(device_, config.allow_invalid) {}
 
 std::vector<JobResult> PictureWork::blanks(const PictureSource& source,
                                            std::span<const JobSettings> jobs) const {
@@ -294,7 +296,7 @@ WorkReport PictureWork::measure(Picture& picture, const PictureSource& source,
     try {
         const Watch fitting;
         const std::unique_ptr<TextureSource> textures_of =
-            texture_source(device_, picture.analysis, config_, jobs.front());
+            texture_source(device_, picture.analysis, config_, jobs.front(), source, btfs_);
         const double fit_share = fitting.seconds() / static_cast<double>(jobs.size());
         for (JobResult& result : results) {
             result.fit_seconds = fit_share;
@@ -328,7 +330,7 @@ WorkReport PictureWork::keep(Picture& picture, const PictureSource& source,
     WorkReport news;
     try {
         const std::unique_ptr<TextureSource> textures_of =
-            texture_source(device_, picture.analysis, config_, jobs.front());
+            texture_source(device_, picture.analysis, config_, jobs.front(), source, btfs_);
         textures_of->prepare();
         const fs::path folder = textures_ / folder_name(source.material);
         fs::create_directories(folder);

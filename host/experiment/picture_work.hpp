@@ -13,6 +13,7 @@
 
 #include "btfield/device.hpp"
 #include "host/experiment/jobs.hpp"
+#include "host/experiment/texture_source.hpp"
 
 namespace btfield::detail {
 
@@ -45,6 +46,7 @@ class PictureWork {
     Device device_;
     std::filesystem::path textures_;
     OpenSets& sets_;
+    GrownBtfs btfs_;
 };
 
 /// The picture as an 8-bit file would give it back whose 255 is white: rounded and clamped, in its own unit.

@@ -69,6 +69,7 @@ std::string colour_of(Family family) {
 /// One colour per family, told apart by those who see few; 2D models are dashed.
 std::string colour_of(const std::string& model) {
     if (const auto field = find_value<ModelKind>(model)) return colour_of(family(*field));
+    if (model == name(ExperimentModel::btf)) return "#888";
     return model == name(ExperimentModel::compound) ? "#000" : "#56b4e9";
 }
 
@@ -77,8 +78,9 @@ bool is_dashed(const std::string& model) {
     return field && is_2d(*field);
 }
 
-bool is_roll(const std::string& model) {
-    return model == name(ExperimentModel::roll);
+bool has_no_order(const std::string& model) {
+    const auto known = find_value<ExperimentModel>(model);
+    return known && !has_levels(*known);
 }
 
 std::string heading(int level, const std::string& text) {
@@ -130,7 +132,7 @@ std::string legend(const std::vector<ExperimentTable::Row>& rows) {
 }
 
 /// MEMD* by order, one plot per number of levels: means over pictures of the best over estimators and seeds.
-/// Rolls, which have neither, are level lines in all of them.
+/// Rolls and BTF models, which have neither, are level lines in all of them.
 std::string plots_html(Connection& connection, const ExperimentTable& table) {
     std::map<int, std::map<std::string, std::map<int, double>>> means;  // of levels, model, order
     std::set<int> orders;
@@ -140,7 +142,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
             WHERE status = 'done' AND metric = ?1 AND marginals = ?2 AND instr(?3, ', ' || noise || ',') > 0
                 AND instr(?4, ', ' || gains || ',') > 0
                 AND (instr(?5, ', ' || estimator || ',') > 0 OR model LIKE '%-car' OR model LIKE '%-ma'
-                     OR model IN ('compound', 'roll'))
+                     OR model IN ('compound', 'roll', 'btf'))
             GROUP BY levels, model, "order", picture)
         GROUP BY levels, model, "order")sql");
     // Of what the table has, and what is not read.
@@ -148,7 +150,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
     query.bind(table.metric).bind(table.marginals).bind(list(table.noise)).bind(list(table.gains));
     query.bind(list(table.estimators));
     while (query.step()) {
-        if (is_roll(query.text(1))) continue;  // of a table of its own
+        if (has_no_order(query.text(1))) continue;  // of a table of its own
         const int order = static_cast<int>(query.number(2));
         orders.insert(order);
         means[static_cast<int>(query.number(0))][query.text(1)][order] = query.real(3);
@@ -161,7 +163,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
         std::vector<PlotLine> lines;
         for (const ExperimentTable::Row& row : table.rows) {
             PlotLine line{model_title(row.model), colour_of(row.model), is_dashed(row.model), {}};
-            if (is_roll(row.model)) {
+            if (has_no_order(row.model)) {
                 line.values.assign(orders.size(), row.all.mean);
                 lines.push_back(std::move(line));
                 continue;
@@ -204,7 +206,7 @@ std::string file_thumbnail(const PicturePlaces& places, const Statement& file) {
 std::string direction_thumbnail(const PicturePlaces& places, const Statement& file, OpenSets& sets) {
     const auto angle = [&](int column) { return radians(file.real(column)); };
     const DirectionSource direction{
-        file.text(8), reading_of(file.text(9)), {{angle(10), angle(11)}, {angle(12), angle(13)}}};
+        file.text(8), reading_of(file.text(9)), {{angle(10), angle(11)}, {angle(12), angle(13)}}, {}};
     for (const std::filesystem::path& place : places.candidates(file.text(0), file.text(8))) {
         try {
             const Image image = read_direction(sets, place, direction, crop_of(file.text(2)));
@@ -243,7 +245,7 @@ std::string picture_html(Connection& connection, const PicturePlaces& places, co
         const std::int64_t levels = best.number(5);
         std::string caption =
             "<b>" + html_text(model_title(best.text(0))) + "</b> " + percent_text(best.real(3)) + " %";
-        if (!is_roll(best.text(0)))
+        if (!has_no_order(best.text(0)))
             caption += "<br>order " + std::to_string(best.number(4)) +
                        (levels == 0 ? "" : ", K " + std::to_string(levels)) + ", " + html_text(best.text(6)) +
                        "<br>marginals " + html_text(best.text(1));

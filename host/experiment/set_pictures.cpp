@@ -12,8 +12,10 @@
 #include <optional>
 #include <utility>
 
+#include "btfield/btf_model.hpp"
 #include "btfield/error.hpp"
 #include "host/base/names.hpp"
+#include "host/base/text.hpp"
 #include "host/btf/btf_names.hpp"
 #include "host/btf/direction_grid.hpp"
 #include "host/experiment/sha256.hpp"
@@ -110,7 +112,37 @@ std::vector<BtfPair> chosen_pairs(const BtfSet& set, const ExperimentBtf& which,
     return pairs;
 }
 
+bool compares_btfs(const ExperimentConfig& config) {
+    return std::ranges::find(config.models, ExperimentModel::btf) != config.models.end();
+}
+
+void check_model(const BtfModel& model, const BtfSet& set, const std::string& asked) {
+    if (model.colours == set.planes()) return;
+    throw InputError(asked,
+                     "its model has " + counted(model.colours, "colour") + ", its pictures have " +
+                         counted(set.planes(), "plane"),
+                     "name the model that was fitted to this set");
+}
+
 }  // namespace
+
+void check_models_of_btfs(const ExperimentConfig& config) {
+    if (!compares_btfs(config)) return;
+    for (const ExperimentPictures& entry : config.pictures)
+        if (!entry.btf || entry.btf->model.empty())
+            throw InputError("experiment with the model 'btf'",
+                             "the pictures of " + entry.material + " have none",
+                             "correct the configuration: give them a 'btf' and its 'btf_model', or leave the "
+                             "model out; nothing was run");
+}
+
+std::string btf_models_content(const ExperimentConfig& config) {
+    std::string contents;
+    for (const ExperimentPictures& entry : config.pictures)
+        if (entry.btf && !entry.btf->model.empty())
+            contents += sha256_of_file(config.folder / entry.btf->model) + "\n";
+    return sha256(contents);
+}
 
 BtfSet OpenSets::open(const fs::path& path, const BtfOptions& options) {
     const std::string key = path.string() + "\n" + crop_text(options.crop) + "\n" + reading_text(options);
@@ -145,17 +177,24 @@ std::vector<BtfPair> sampled_pairs(const BtfSet& set, int number, std::uint64_t 
     return pairs;
 }
 
-std::vector<PictureSource> set_pictures(const ExperimentPictures& entry, const fs::path& folder,
+std::vector<PictureSource> set_pictures(const ExperimentPictures& entry, const ExperimentConfig& config,
                                         OpenSets& sets) {
     const ExperimentBtf& which = *entry.btf;
     const std::string asked = "experiment with the BTF '" + which.set + "' of " + entry.material;
     std::string set_name = fs::path(which.set).lexically_normal().string();
     while (set_name.size() > 1 && set_name.back() == '/') set_name.pop_back();
-    const fs::path file = folder / set_name;
+    const fs::path file = config.folder / set_name;
     BtfOptions options = which.reading;
     options.crop = entry.crop;
     try {
         const BtfSet set = sets.open(file, options);
+        fs::path model;
+        std::string model_content;
+        if (compares_btfs(config)) {
+            model = config.folder / which.model;
+            model_content = sha256_of_file(model);
+            check_model(read_btf_model(model), set, asked);
+        }
         std::vector<PictureSource> sources;
         for (const BtfPair& pair : chosen_pairs(set, which, asked)) {
             PictureSource source;
@@ -165,7 +204,8 @@ std::vector<PictureSource> set_pictures(const ExperimentPictures& entry, const f
             source.white = entry.white.value_or(set.white());
             const ExperimentDirections at{set.views()[static_cast<std::size_t>(pair.view)],
                                           set.lights()[static_cast<std::size_t>(pair.light)]};
-            source.direction = DirectionSource{set_name, which.reading, at};
+            source.direction = DirectionSource{set_name, which.reading, at, set.light(pair.view, pair.light),
+                                               model,    model_content};
             source.name = set_name + " " + directions_text(at);
             if (which.reading.pixel_stride > 1)
                 source.name += " stride " + std::to_string(which.reading.pixel_stride);

@@ -27,9 +27,17 @@ class OpenSets {
 };
 
 /// Those that the entry asks for, view by view.
-/// \throws InputError when the set cannot be opened or lacks one
+/// \throws InputError when the set cannot be opened or lacks one, or its model, where that is asked for, cannot
+///     be read or is of other planes
 [[nodiscard]] std::vector<PictureSource> set_pictures(const ExperimentPictures& entry,
-                                                      const std::filesystem::path& folder, OpenSets& sets);
+                                                      const ExperimentConfig& config, OpenSets& sets);
+
+/// \throws InputError when BTF models are compared and pictures have none
+void check_models_of_btfs(const ExperimentConfig& config);
+
+/// SHA-256 of the contents of all BTF models of the configuration, one after the other.
+/// \throws InputError when one cannot be read
+[[nodiscard]] std::string btf_models_content(const ExperimentConfig& config);
 
 /// A number of the pictures that a set has, spread evenly over views and lights in the order of their rings:
 /// at the points of Halton's sequence, shifted by the seed, and where a picture is missing or taken the next

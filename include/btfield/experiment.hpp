@@ -24,8 +24,8 @@
 
 namespace btfield {
 
-/// What an experiment compares: the ten random fields, in the order of ModelKind, and two that textures may
-/// come from instead.
+/// What an experiment compares: the ten random fields, in the order of ModelKind, and what textures may come
+/// from instead.
 enum class ExperimentModel {
     car2d,
     car3d,
@@ -39,8 +39,9 @@ enum class ExperimentModel {
     pmrf3d,
     compound,  ///< fit_compound() and CompoundSynthesiser
     roll,      ///< Roller::quilt() of the picture itself
+    btf,       ///< BtfSynthesiser of ExperimentBtf::model, seen from the picture's directions
 };
-/// "2d-car", …, "compound", "roll".
+/// "2d-car", …, "compound", "roll", "btf".
 [[nodiscard]] BTFIELD_API std::string_view name(ExperimentModel model);
 [[nodiscard]] BTFIELD_API ExperimentModel experiment_model(ModelKind kind);
 /// Nothing for those that are no random field.
@@ -64,6 +65,8 @@ struct ExperimentBtf {
     /// So many, spread evenly over views and lights; 0: all that there are.
     int number = 0;
     std::uint64_t seed = 0;  ///< which of them
+    /// That read_btf_model() reads, relative to ExperimentConfig::folder; for ExperimentModel::btf alone.
+    std::string model;
 };
 
 /// Pictures of one material.
@@ -175,7 +178,7 @@ struct ExperimentResult : ExperimentProgress {
 /// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
 /// alone opens the database and returns the result of all; other ranks return an empty one.
 /// \throws InputError when a pattern matches nothing, a picture cannot be read or a crop leaves it, a BTF has
-///     not the directions that are named, a picture has no room for a number of levels or an order whatever
+///     not the directions that are named or a model of it cannot be read, a picture has no room for a number of levels or an order whatever
 ///     it is combined with, or too many planes for a model, or no device could hold textures of the size,
 ///     before any work is done and with nothing added to the database; when another run writes to the
 ///     database, the file is no such database, damaged, or cannot be written
