@@ -40,7 +40,7 @@ struct Best {
 
 struct Material {
     std::map<std::string, std::map<std::string, Best>> best;  ///< of model, of picture
-    std::map<std::string, double> kappa;                        ///< of picture
+    std::map<std::string, double> kappa;                      ///< of picture
 };
 
 /// Jobs whose reasons differ in numbers alone.
@@ -67,7 +67,8 @@ struct Named {
 struct Pictures {
     std::map<std::string, std::set<std::string>> of;             ///< material
     std::map<std::string, std::map<std::string, double>> kappa;  ///< of material, of picture
-    std::map<std::string, std::map<std::string, Named>> names;   ///< of material, of picture
+    /// Of material, of picture: one, or all directions that look the same.
+    std::map<std::string, std::map<std::string, std::vector<Named>>> names;
     std::set<std::string> all;
 };
 
@@ -241,9 +242,7 @@ std::vector<ExperimentTable::PictureRow> picture_rows_of(const ExperimentTable& 
     for (const auto& [material, names] : pictures.names) {
         const std::size_t first = rows.size();
         for (const auto& [picture, named] : names) {
-            ExperimentTable::PictureRow& row = rows.emplace_back();
-            row.picture = named.name;
-            row.directions = named.directions;
+            ExperimentTable::PictureRow row;
             row.material = material;
             const Material& own = materials.at(material);
             const auto kappa = own.kappa.find(picture);
@@ -254,6 +253,11 @@ std::vector<ExperimentTable::PictureRow> picture_rows_of(const ExperimentTable& 
                 const Best best = has ? of->second.at(picture) : Best{};
                 row.best.push_back(best.memd);
                 row.std_ratio.push_back(best.std_ratio);
+            }
+            for (const Named& one : named) {
+                row.picture = one.name;
+                row.directions = one.directions;
+                rows.push_back(row);
             }
         }
         std::sort(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(), row_less);
@@ -317,13 +321,12 @@ Pictures pictures_of(Connection& connection) {
         pictures.of[query.text(0)].insert(query.text(1));
         pictures.all.insert(query.text(1));
         const std::string crop = query.text(4);
-        Named& named = pictures.names[query.text(0)][query.text(1)];
-        if (named.name.empty()) {
-            named.name = query.text(3) + (crop.empty() ? "" : " [" + crop + "]");
-            if (!query.is_null(5))
-                named.directions = {{radians(query.real(5)), radians(query.real(6))},
-                                    {radians(query.real(7)), radians(query.real(8))}};
-        }
+        Named named{query.text(3) + (crop.empty() ? "" : " [" + crop + "]"), {}};
+        if (!query.is_null(5))
+            named.directions = {{radians(query.real(5)), radians(query.real(6))},
+                                {radians(query.real(7)), radians(query.real(8))}};
+        std::vector<Named>& known = pictures.names[query.text(0)][query.text(1)];
+        if (known.empty() || named.directions) known.push_back(std::move(named));
         if (!query.is_null(2)) pictures.kappa[query.text(0)][query.text(1)] = query.real(2);
     }
     return pictures;
