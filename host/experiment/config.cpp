@@ -11,8 +11,8 @@
 #include "btfield/experiment.hpp"
 #include "host/base/strict_json.hpp"
 #include "host/btf/btf_names.hpp"
-#include "host/btf/direction_grid.hpp"
 #include "host/criteria/metric_names.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/jobs.hpp"
@@ -190,7 +190,7 @@ BtfDirection direction_of(const Entry& entry) {
     const double theta = angles[0].number(), phi = angles[1].number();
     if (theta < 0.0 || theta >= 90.0)
         entry.fail("is not above the surface: theta is from 0, below 90 degrees");
-    return {radians(theta), radians(phi)};
+    return {from_degrees(theta), from_degrees(phi)};
 }
 
 /// "all", {"number": N, "seed": S} or [{"view": …, "light": …}, …].

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "host/base/text.hpp"
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/table_format.hpp"
 
 namespace btfield::detail {
@@ -55,9 +55,9 @@ std::vector<DirectionMean> means_by(const std::vector<DirectedValue>& values,
     std::map<std::pair<long, long>, DirectionMean> means;
     for (const DirectedValue& value : values) {
         if (!std::isfinite(value.value)) continue;
-        const BtfDirection direction = normalised(value.at.*which);
-        const std::pair key{std::lround(degrees(direction.theta) * 100.0),
-                            std::lround(degrees(direction.phi) * 100.0) % 36000};
+        const BtfDirection direction = within_a_turn(value.at.*which);
+        const std::pair key{std::lround(in_degrees(direction.theta) * 100.0),
+                            std::lround(in_degrees(direction.phi) * 100.0) % 36000};
         DirectionMean& mean = means[key];
         mean.direction = direction;
         mean.mean += value.value;
@@ -97,7 +97,7 @@ Scale scale_of(const std::vector<DirectionMean>& views, const std::vector<Direct
 }
 
 std::pair<double, double> place_on(double centre_x, const BtfDirection& direction) {
-    const double radius = disc_radius * degrees(direction.theta) / 90.0;
+    const double radius = disc_radius * in_degrees(direction.theta) / 90.0;
     return {centre_x + radius * std::cos(direction.phi), disc_y - radius * std::sin(direction.phi)};
 }
 
@@ -129,7 +129,7 @@ std::string disc(double centre_x, const std::string& name, const std::string& un
     for (const DirectionMean& mean : means) {
         const auto [x, y] = place_on(centre_x, mean.direction);
         svg += "<circle cx=\"" + fixed(x) + "\" cy=\"" + fixed(y) + "\" r=\"" + radius + "\" fill=\"" +
-               shade(scale.share(mean.mean)) + "\"><title>" + text_of(mean.direction) + ": " +
+               shade(scale.share(mean.mean)) + "\"><title>" + html_text(angles_text(mean.direction)) + ": " +
                short_text(mean.mean) + html_text(unit) + ", " + counted(mean.pictures, "picture") +
                "</title></circle>";
     }

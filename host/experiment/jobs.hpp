@@ -144,8 +144,8 @@ struct WorkReport {
 };
 
 /// All jobs of a picture in the order of work: of one fit together, of larger orders before smaller ones,
-/// since their lag covariances contain those of the smaller; rolls and BTF models last. The estimator is `automatic` for
-/// models that have but one.
+/// since their lag covariances contain those of the smaller; rolls and BTF models last. The estimator is
+/// `automatic` for models that have but one.
 /// \throws InputError when a BTF model cannot be read, where they are asked for
 [[nodiscard]] std::vector<JobSettings> job_settings(const ExperimentConfig& config);
 

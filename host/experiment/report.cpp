@@ -13,7 +13,7 @@
 #include "btfield/experiment.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/direction_map.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/picture_place.hpp"
@@ -204,7 +204,7 @@ std::string file_thumbnail(const PicturePlaces& places, const Statement& file) {
 }
 
 std::string direction_thumbnail(const PicturePlaces& places, const Statement& file, OpenSets& sets) {
-    const auto angle = [&](int column) { return radians(file.real(column)); };
+    const auto angle = [&](int column) { return from_degrees(file.real(column)); };
     const DirectionSource direction{
         file.text(8), reading_of(file.text(9)), {{angle(10), angle(11)}, {angle(12), angle(13)}}, {}};
     for (const std::filesystem::path& place : places.candidates(file.text(0), file.text(8))) {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "btfield/error.hpp"
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/picture_place.hpp"
 #include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sha256.hpp"
@@ -186,10 +186,10 @@ void add_files(Connection& connection, const std::vector<PictureSource>& sources
             .bind(crop_text(source.crop))
             .bind(source.direction->set_name)
             .bind(reading_text(source.direction->reading))
-            .bind(degrees(view.theta))
-            .bind(degrees(view.phi))
-            .bind(degrees(light.theta))
-            .bind(degrees(light.phi))
+            .bind(in_degrees(view.theta))
+            .bind(in_degrees(view.phi))
+            .bind(in_degrees(light.theta))
+            .bind(in_degrees(light.phi))
             .run();
     }
 }

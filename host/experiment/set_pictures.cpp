@@ -17,7 +17,7 @@
 #include "host/base/names.hpp"
 #include "host/base/text.hpp"
 #include "host/btf/btf_names.hpp"
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/sha256.hpp"
 #include "host/pictures/picture_names.hpp"
 
@@ -28,18 +28,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Names of pictures state whole, half or tenth degrees.
-constexpr double farthest = radians(0.1);
-
-/// "30,45".
-std::string angles_text(const BtfDirection& direction) {
-    const BtfDirection at = normalised(direction);
-    const auto tidy = [](double value) { return std::round(degrees(value) * 1e4) / 1e4 + 0.0; };
-    std::array<char, 64> text{};
-    // What lies a hair before a full turn is none.
-    const double phi = tidy(at.phi);
-    std::snprintf(text.data(), text.size(), "%.7g,%.7g", tidy(at.theta), phi >= 360.0 ? 0.0 : phi);
-    return text.data();
-}
+constexpr double farthest = 0.1;  // degrees
 
 int nearest(const std::vector<BtfDirection>& all, const BtfDirection& direction) {
     int best = 0;
@@ -53,7 +42,7 @@ int place_of(const std::vector<BtfDirection>& all, const BtfDirection& direction
              const std::string& asked) {
     const int place = nearest(all, direction);
     const BtfDirection& found = all[static_cast<std::size_t>(place)];
-    if (angle_between(found, direction) <= farthest) return place;
+    if (in_degrees(angle_between(found, direction)) <= farthest) return place;
     throw InputError(asked, "it has no " + what + " " + angles_text(direction),
                      "the nearest is " + angles_text(found) + "; 'btfield btf info' describes the set");
 }
@@ -72,7 +61,7 @@ std::vector<int> by_ring(const std::vector<BtfDirection>& directions) {
     std::vector<int> order(directions.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, [&](int i) {
-        const BtfDirection at = normalised(directions[static_cast<std::size_t>(i)]);
+        const BtfDirection at = within_a_turn(directions[static_cast<std::size_t>(i)]);
         return std::pair(at.theta, at.phi);
     });
     return order;

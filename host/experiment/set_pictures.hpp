@@ -27,8 +27,8 @@ class OpenSets {
 };
 
 /// Those that the entry asks for, view by view.
-/// \throws InputError when the set cannot be opened or lacks one, or its model, where that is asked for, cannot
-///     be read or is of other planes
+/// \throws InputError when the set cannot be opened or lacks one, or its model, where that is asked for,
+///     cannot be read or is of other planes
 [[nodiscard]] std::vector<PictureSource> set_pictures(const ExperimentPictures& entry,
                                                       const ExperimentConfig& config, OpenSets& sets);
 

@@ -13,7 +13,7 @@
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/results_database.hpp"
 #include "host/experiment/scope.hpp"
@@ -323,8 +323,8 @@ Pictures pictures_of(Connection& connection) {
         const std::string crop = query.text(4);
         Named named{query.text(3) + (crop.empty() ? "" : " [" + crop + "]"), {}};
         if (!query.is_null(5))
-            named.directions = {{radians(query.real(5)), radians(query.real(6))},
-                                {radians(query.real(7)), radians(query.real(8))}};
+            named.directions = {{from_degrees(query.real(5)), from_degrees(query.real(6))},
+                                {from_degrees(query.real(7)), from_degrees(query.real(8))}};
         std::vector<Named>& known = pictures.names[query.text(0)][query.text(1)];
         if (known.empty() || named.directions) known.push_back(std::move(named));
         if (!query.is_null(2)) pictures.kappa[query.text(0)][query.text(1)] = query.real(2);

@@ -11,7 +11,7 @@
 
 #include "host/base/text.hpp"
 #include "host/base/text_table.hpp"
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/model/model_names.hpp"
 
 namespace btfield {
@@ -227,7 +227,7 @@ std::string csv_of(const std::vector<ExperimentTable>& tables) {
     const bool directed = std::ranges::any_of(tables, has_directions);
     text += by_picture ? ",picture" : "";
     text += directed ? ",view_theta,view_phi,light_theta,light_phi,std_ratio\n" : "\n";
-    const auto angle = [](double value) { return formatted("%.7g", degrees(value)); };
+    const auto angle = [](double value) { return formatted("%.7g", in_degrees(value)); };
     const auto directions = [&](const ExperimentTable::PictureRow& row, std::size_t m) {
         if (!directed) return std::string();
         std::string cells = ",,,,";

@@ -178,10 +178,10 @@ struct ExperimentResult : ExperimentProgress {
 /// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
 /// alone opens the database and returns the result of all; other ranks return an empty one.
 /// \throws InputError when a pattern matches nothing, a picture cannot be read or a crop leaves it, a BTF has
-///     not the directions that are named or a model of it cannot be read, a picture has no room for a number of levels or an order whatever
-///     it is combined with, or too many planes for a model, or no device could hold textures of the size,
-///     before any work is done and with nothing added to the database; when another run writes to the
-///     database, the file is no such database, damaged, or cannot be written
+///     not the directions that are named or a model of it cannot be read, a picture has no room for a number
+///     of levels or an order whatever it is combined with, or too many planes for a model, or no device could
+///     hold textures of the size, before any work is done and with nothing added to the database; when
+///     another run writes to the database, the file is no such database, damaged, or cannot be written
 /// \throws DeviceError when no process can open its device
 BTFIELD_API ExperimentResult run_experiment(const ExperimentConfig& config,
                                             const std::filesystem::path& database,

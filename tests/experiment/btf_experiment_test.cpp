@@ -18,7 +18,7 @@
 #include "btfield/height.hpp"
 #include "btfield/made_btf.hpp"
 #include "btfield/synthesis.hpp"
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/messages.hpp"
 #include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sqlite.hpp"
@@ -44,7 +44,7 @@ constexpr Size side{24, 28};
 /// From above, and six around at 30 degrees.
 std::vector<BtfDirection> seven() {
     std::vector<BtfDirection> all{{}};
-    for (int k = 0; k < 6; ++k) all.push_back({radians(30.0), radians(60.0 * k)});
+    for (int k = 0; k < 6; ++k) all.push_back({from_degrees(30.0), from_degrees(60.0 * k)});
     return all;
 }
 
@@ -165,7 +165,7 @@ TEST_F(BtfExperiment, OnlyWhatIsAskedForIsRead) {
     for (const auto& file : fs::recursive_directory_iterator(folder_ / "bumps")) {
         if (file.path().extension() != ".exr" || file.path().filename() == "height.exr") continue;
         const bool used = std::ranges::any_of(sources, [&](const PictureSource& source) {
-            const auto degree = [](double angle) { return std::to_string(std::lround(degrees(angle))); };
+            const auto degree = [](double angle) { return std::to_string(std::lround(in_degrees(angle))); };
             const auto padded = [&](double angle) {
                 return std::string(3 - degree(angle).size(), '0') + degree(angle);
             };
@@ -299,7 +299,7 @@ TEST_F(BtfExperiment, TablesTellDirections) {
     EXPECT_NE(csv.find(",estimator,picture,view_theta,view_phi,light_theta,light_phi,std_ratio\n"),
               std::string::npos);
     const ExperimentDirections& first = *table.picture_rows[0].directions;
-    const auto number = [](double angle) { return std::to_string(std::lround(degrees(angle))); };
+    const auto number = [](double angle) { return std::to_string(std::lround(in_degrees(angle))); };
     EXPECT_NE(csv.find("\"bumps " + directions_text(first) + "\"," + number(first.view.theta) + "," +
                        number(first.view.phi) + "," + number(first.light.theta) + "," +
                        number(first.light.phi) + ",0."),

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host/btf/direction_grid.hpp"
+#include "host/experiment/angles.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 BtfDirection at(double theta, double phi) {
-    return {radians(theta), radians(phi)};
+    return {from_degrees(theta), from_degrees(phi)};
 }
 
 const std::vector<DirectedValue>& values() {
@@ -33,10 +33,10 @@ TEST(DirectionMap, MeansAreOverTheOtherDirection) {
     EXPECT_EQ(views[0].mean, 2.0);
     EXPECT_EQ(views[0].pictures, 2);
     EXPECT_EQ(views[1].mean, 8.0);
-    EXPECT_NEAR(degrees(views[1].direction.theta), 45.0, 1e-9);
+    EXPECT_NEAR(in_degrees(views[1].direction.theta), 45.0, 1e-9);
     ASSERT_EQ(lights.size(), 2U);
     EXPECT_EQ(lights[0].mean, 1.0);
-    EXPECT_NEAR(degrees(lights[0].direction.phi), 270.0, 1e-9);
+    EXPECT_NEAR(in_degrees(lights[0].direction.phi), 270.0, 1e-9);
     EXPECT_EQ(lights[1].mean, 5.5);
 }
 
@@ -48,7 +48,7 @@ TEST(DirectionMap, DotsStandWhereDirectionsPoint) {
     // Discs of 84 pixels about (92, 136) and (276, 136); the highest is light, none dark.
     holds("<circle cx=\"92\" cy=\"136\" r=\"7\" fill=\"" + std::string("#3b528b"));
     holds(
-        "<circle cx=\"134\" cy=\"136\" r=\"7\" fill=\"#fde725\"><title>theta 45, phi 0: 8 %, 1 "
+        "<circle cx=\"134\" cy=\"136\" r=\"7\" fill=\"#fde725\"><title>45,0: 8 %, 1 "
         "picture</title>");
     holds("<circle cx=\"276\" cy=\"164\"");  // phi 270 is below
     holds("<circle cx=\"220\" cy=\"136\"");  // phi 180 is left
