@@ -253,6 +253,17 @@ std::string_view surface_name(const BtfModel& model) {
     return "roll";
 }
 
+std::size_t parameter_count(const BtfModel& model) {
+    const BtfTables& tables = model.tables;
+    const std::size_t of_tables = tables.mean.size() + tables.contrast.size() + tables.weights.size();
+    if (const auto* field = std::get_if<TextureModel>(&model.surface))
+        return of_tables + parameter_count(*field);
+    if (const auto* compound = std::get_if<CompoundModel>(&model.surface))
+        return of_tables + parameter_count(*compound);
+    const auto& sample = std::get<SurfaceSample>(model.surface);
+    return of_tables + sample.height.size() + sample.planes.size();
+}
+
 bool is_valid(const BtfModel& model) {
     if (const auto* field = std::get_if<TextureModel>(&model.surface)) return is_valid(*field);
     if (const auto* compound = std::get_if<CompoundModel>(&model.surface)) return is_valid(*compound);

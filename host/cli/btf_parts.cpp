@@ -26,11 +26,6 @@ std::string bytes_text(std::uintmax_t bytes) {
     return number_text(value / 1e3) + " kB";
 }
 
-Json degrees_json(const BtfDirection& direction) {
-    const auto rounded = [](double radians) { return std::round(radians * 180e4 / std::numbers::pi) / 1e4; };
-    return Json::array({rounded(direction.theta), rounded(direction.phi)});
-}
-
 BtfFormat format_of_name(const fs::path& output) {
     const std::string extension = lower_extension(output);
     if (extension == ".tbig") return BtfFormat::tbig;
@@ -62,6 +57,11 @@ BtfSet open_told(const std::string& path, const BtfOptions& options) {
     BtfSet set = BtfSet::open(path, options);
     for (const std::string& remark : set.description().remarks) warn(path + ": " + remark);
     return set;
+}
+
+Json degrees_json(const BtfDirection& direction) {
+    const auto rounded = [](double radians) { return std::round(radians * 180e4 / std::numbers::pi) / 1e4; };
+    return Json::array({rounded(direction.theta), rounded(direction.phi)});
 }
 
 Json set_json(const BtfSet& set) {

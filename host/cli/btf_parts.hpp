@@ -29,6 +29,8 @@ void add_btf_reading(CLI::App& app, BtfOptions& options);
 /// Opens a set and warns of what may surprise.
 [[nodiscard]] BtfSet open_told(const std::string& path, const BtfOptions& options);
 
+/// [theta, phi] in degrees, to four decimals.
+[[nodiscard]] Json degrees_json(const BtfDirection& direction);
 /// format, size, planes, views, lights, pictures, missing, duplicates, colour, white, bytes.
 [[nodiscard]] Json set_json(const BtfSet& set);
 /// The same for people, several lines.

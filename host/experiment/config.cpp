@@ -10,10 +10,14 @@
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "host/base/strict_json.hpp"
+#include "host/btf/btf_names.hpp"
 #include "host/criteria/metric_names.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/experiment_names.hpp"
+#include "host/experiment/jobs.hpp"
 #include "host/fit/fit_names.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield {
 
@@ -49,6 +53,7 @@ class Entry {
         }
     }
     [[nodiscard]] bool is_object() const { return value_.is_object(); }
+    [[nodiscard]] bool is_list() const { return value_.is_array(); }
     [[nodiscard]] std::vector<std::string> keys() const {
         std::vector<std::string> keys;
         for (const auto& item : value_.items()) keys.push_back(item.key());
@@ -89,6 +94,10 @@ class Entry {
         if (!value_.is_number() || !(value_.get<double>() > 0.0) || !std::isfinite(value_.get<double>())) {
             fail("is no number above 0");
         }
+        return value_.get<double>();
+    }
+    [[nodiscard]] double number() const {
+        if (!value_.is_number() || !std::isfinite(value_.get<double>())) fail("is no number");
         return value_.get<double>();
     }
     /// A value by its word.
@@ -158,7 +167,7 @@ void read_by_model(const Entry& entry, Value& everywhere,
         const auto model = find_value<ExperimentModel>(key);
         if (key == "default") {
             everywhere = value;
-        } else if (model && *model != ExperimentModel::roll) {
+        } else if (model && has_levels(*model)) {
             if (*model == ExperimentModel::compound && !compound)
                 entry[key.c_str()].fail("is not read: compound models have none");
             single.emplace(*model, value);
@@ -174,12 +183,61 @@ void read_by_model(const Entry& entry, Value& everywhere,
     for (const auto& [model, value] : single) models[model].*own = value;
 }
 
+/// [theta, phi] in degrees.
+BtfDirection direction_of(const Entry& entry) {
+    const std::vector<Entry> angles = entry.items();
+    if (angles.size() != 2) entry.fail("is not [theta, phi] in degrees");
+    const double theta = angles[0].number(), phi = angles[1].number();
+    if (theta < 0.0 || theta >= 90.0)
+        entry.fail("is not above the surface: theta is from 0, below 90 degrees");
+    return {from_degrees(theta), from_degrees(phi)};
+}
+
+/// "all", {"number": N, "seed": S} or [{"view": …, "light": …}, …].
+void read_directions(const Entry& entry, ExperimentBtf& btf) {
+    if (entry.is_text("all")) return;
+    if (entry.is_object()) {
+        entry.check_keys({"number", "seed"});
+        btf.number = entry["number"].integer(1, std::numeric_limits<int>::max());
+        if (entry.holds("seed")) btf.seed = entry["seed"].whole(0, std::numeric_limits<std::int64_t>::max());
+        return;
+    }
+    if (!entry.is_list()) entry.fail("is neither \"all\", nor a number of directions, nor a list of them");
+    btf.named = entry.list([](const Entry& pair) {
+        pair.check_keys({"view", "light"});
+        return ExperimentDirections{direction_of(pair["view"]), direction_of(pair["light"])};
+    });
+}
+
+ExperimentBtf btf_of(const Entry& entry) {
+    ExperimentBtf btf;
+    btf.set = entry["btf"].text();
+    read_directions(entry["directions"], btf);
+    if (entry.holds("btf_model")) btf.model = entry["btf_model"].text();
+    if (entry.holds("coding")) btf.reading.coding = entry["coding"].one_of<BtfCoding>();
+    if (entry.holds("colour")) btf.reading.space = entry["colour"].one_of<ColourSpace>();
+    constexpr int most = 1 << 16;
+    if (entry.holds("pixel_stride")) btf.reading.pixel_stride = entry["pixel_stride"].integer(1, most);
+    if (entry.holds("view_stride")) btf.reading.view_stride = entry["view_stride"].integer(1, most);
+    if (entry.holds("light_stride")) btf.reading.light_stride = entry["light_stride"].integer(1, most);
+    return btf;
+}
+
 ExperimentPictures pictures_of(const Entry& entry) {
     constexpr int most = std::numeric_limits<int>::max();
-    entry.check_keys({"material", "files", "crop", "white"});
+    entry.check_keys({"material", "files", "btf", "btf_model", "directions", "coding", "colour",
+                      "pixel_stride", "view_stride", "light_stride", "crop", "white"});
     ExperimentPictures pictures;
     pictures.material = entry["material"].text();
-    pictures.files = entry["files"].list([](const Entry& file) { return file.text(); });
+    if (entry.holds("btf")) {
+        if (entry.holds("files")) entry.fail("has both 'files' and 'btf'");
+        pictures.btf = btf_of(entry);
+    } else {
+        for (const char* key :
+             {"btf_model", "directions", "coding", "colour", "pixel_stride", "view_stride", "light_stride"})
+            if (entry.holds(key)) entry[key].fail("is read of a 'btf' alone");
+        pictures.files = entry["files"].list([](const Entry& file) { return file.text(); });
+    }
     if (entry.holds("crop")) {
         const std::vector<Entry> sides = entry["crop"].items();
         if (sides.size() != 4) entry["crop"].fail("is not [x, y, width, height]");

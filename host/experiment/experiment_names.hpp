@@ -13,14 +13,15 @@ namespace btfield::detail {
 template <>
 struct Names<ExperimentModel> {
     static constexpr std::string_view what = "model";
-    /// Those of the random fields, and two more.
+    /// Those of the random fields, and more.
     static constexpr auto words = [] {
         constexpr auto fields = Names<ModelKind>::words;
-        std::array<Word<ExperimentModel>, fields.size() + 2> all{};
+        std::array<Word<ExperimentModel>, fields.size() + 3> all{};
         for (std::size_t i = 0; i < fields.size(); ++i)
             all[i] = {static_cast<ExperimentModel>(fields[i].value), fields[i].word};
         all[fields.size()] = {ExperimentModel::compound, "compound"};
         all[fields.size() + 1] = {ExperimentModel::roll, "roll"};
+        all[fields.size() + 2] = {ExperimentModel::btf, "btf"};
         return all;
     }();
 };

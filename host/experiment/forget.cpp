@@ -208,6 +208,8 @@ ForgottenJobs detail::ResultsDatabase::forget(const ExperimentForget& which) {
         connection_.execute(R"sql(
             DELETE FROM main.files WHERE picture IN (SELECT picture FROM touched)
                 AND picture NOT IN (SELECT picture FROM main.members);
+            DELETE FROM main.directions WHERE (folder, name, crop) NOT IN (
+                SELECT folder, name, crop FROM main.files UNION SELECT folder, name, crop FROM main.members);
         )sql");
     }
     transaction.commit();

@@ -16,6 +16,7 @@
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
 #include "host/experiment/experiment_names.hpp"
+#include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sha256.hpp"
 
 namespace btfield::detail {
@@ -78,6 +79,10 @@ bool has_one_estimator(ExperimentModel model) {
     return !field || family(*field) == Family::car || family(*field) == Family::ma;
 }
 
+bool has_levels(ExperimentModel model) {
+    return model != ExperimentModel::roll && model != ExperimentModel::btf;
+}
+
 NoiseForm noise_of(const ExperimentConfig& config, ExperimentModel model) {
     return setting_of(config, model, &ExperimentModelSettings::noise, config.noise);
 }
@@ -93,7 +98,7 @@ bool same_fit(const JobSettings& a, const JobSettings& b) {
 }
 
 std::string_view marginals_text(const JobSettings& settings) {
-    return settings.model == ExperimentModel::roll ? any_marginals : name(settings.marginals);
+    return has_levels(settings.model) ? name(settings.marginals) : any_marginals;
 }
 
 std::string_view name(JobStatus status) {
@@ -115,7 +120,7 @@ std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
         for (const int order : orders) {
             for (const int levels : config.levels) {
                 for (const ExperimentModel model : config.models) {
-                    if (model == ExperimentModel::roll) continue;
+                    if (!has_levels(model)) continue;
                     const auto& modes = setting_of(config, model, &Settings::marginals, config.marginals);
                     if (std::ranges::find(modes, marginals) == modes.end()) continue;
                     std::vector<EstimatorChoice> estimators =
@@ -130,10 +135,12 @@ std::vector<JobSettings> job_settings(const ExperimentConfig& config) {
             }
         }
     }
-    if (std::ranges::find(config.models, ExperimentModel::roll) != config.models.end()) {
+    for (const ExperimentModel model : config.models) {
+        if (has_levels(model)) continue;
+        const std::string content =
+            model == ExperimentModel::btf ? btf_models_content(config) : std::string();
         for (const std::uint64_t seed : config.seeds)
-            all.push_back(
-                {ExperimentModel::roll, 0, 0, EstimatorChoice::automatic, MarginalMode::match, seed});
+            all.push_back({model, 0, 0, EstimatorChoice::automatic, MarginalMode::match, seed, content});
     }
     return all;
 }
@@ -147,6 +154,11 @@ std::string settings_text(const ExperimentConfig& config, const JobSettings& set
     // Named where it is not as it ever was: keys of older databases stay.
     if (config.values != MeasuredValues::stored) object["values"] = word_of(config.values);
     if (settings.model == ExperimentModel::roll) return object.dump();
+    if (settings.model == ExperimentModel::btf) {
+        object["allow_invalid"] = config.allow_invalid;
+        object["btf_models"] = settings.btf_models;
+        return object.dump();
+    }
     object["order"] = settings.order;
     object["levels"] = settings.levels;
     object["estimator"] = name(settings.estimator);
@@ -173,32 +185,65 @@ std::string picture_identity(const std::string& content, const std::optional<Cro
     return sha256(content + "\n" + crop_text(crop) + "\n" + json(white).dump());
 }
 
-std::vector<PictureSource> picture_sources(const ExperimentConfig& config) {
+namespace {
+
+std::vector<PictureSource> matching_files(const ExperimentPictures& entry, const fs::path& folder,
+                                          const std::string& pattern) {
     std::vector<PictureSource> sources;
-    std::set<std::pair<std::string, std::string>> seen;
-    for (const ExperimentPictures& entry : config.pictures) {
-        for (const std::string& pattern : entry.files) {
-            for (const fs::path& file : matches(config.folder, pattern)) {
-                PictureSource source;
-                source.file = file;
-                source.name = fs::path(pattern).is_absolute()
-                                  ? file.string()
-                                  : file.lexically_relative(config.folder).string();
-                source.material = entry.material;
-                source.crop = entry.crop;
-                source.white = entry.white;
-                if (!seen.emplace(source.name, crop_text(source.crop)).second) {
-                    fail(pattern, "'" + source.name + "' is named twice", "name every picture once");
-                }
-                sources.push_back(std::move(source));
-            }
+    for (const fs::path& file : matches(folder, pattern)) {
+        PictureSource& source = sources.emplace_back();
+        source.file = file;
+        source.name =
+            fs::path(pattern).is_absolute() ? file.string() : file.lexically_relative(folder).string();
+        source.material = entry.material;
+        source.crop = entry.crop;
+        source.white = entry.white.value_or(1.0);
+    }
+    return sources;
+}
+
+std::string asked_of(const PictureSource& source) {
+    const std::string crop = source.crop ? ", crop [" + crop_text(source.crop) + "]" : "";
+    return "experiment with '" + source.name + "' of " + source.material + crop;
+}
+
+/// Names the contents of a source; reads a picture of a BTF for that.
+void identify(PictureSource& source, OpenSets& sets) {
+    if (!source.direction) {
+        source.content = sha256_of_file(source.file);
+    } else {
+        try {
+            const Image image = read_direction(sets, source.file, *source.direction, source.crop);
+            source.content = sha256_of_values(image);
+            source.shape = PictureShape{image.size(), image.planes()};
+        } catch (const InputError& error) {
+            throw InputError(asked_of(source), error.found(),
+                             "correct the configuration: " + error.remedy() + "; nothing was run");
         }
     }
-    for_each_block(static_cast<int>(sources.size()), [&](int i) {
-        PictureSource& source = sources[static_cast<std::size_t>(i)];
-        source.content = sha256_of_file(source.file);
-        source.picture = picture_identity(source.content, source.crop, source.white);
-    });
+    source.picture = picture_identity(source.content, source.crop, source.white);
+}
+
+}  // namespace
+
+std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets) {
+    check_models_of_btfs(config);
+    std::vector<PictureSource> sources;
+    std::set<std::pair<std::string, std::string>> seen;
+    const auto add = [&](std::vector<PictureSource> found, const std::string& pattern) {
+        for (PictureSource& source : found) {
+            if (!seen.emplace(source.name, crop_text(source.crop)).second)
+                fail(pattern, "'" + source.name + "' is named twice", "name every picture once");
+            sources.push_back(std::move(source));
+        }
+    };
+    for (const ExperimentPictures& entry : config.pictures) {
+        for (const std::string& pattern : entry.files)
+            add(matching_files(entry, config.folder, pattern), pattern);
+        if (entry.btf) add(set_pictures(entry, config, sets), entry.btf->set);
+    }
+    for_each_block(static_cast<int>(sources.size()),
+                   [&](int i) { identify(sources[static_cast<std::size_t>(i)], sets); });
     return sources;
 }
 
@@ -206,8 +251,7 @@ namespace {
 
 [[noreturn]] void refuse_room(const PictureSource& source, Size size, const std::string& what, int least,
                               const std::string& remedy) {
-    const std::string crop = source.crop ? ", crop [" + crop_text(source.crop) + "]" : "";
-    throw InputError("experiment with '" + source.name + "' of " + source.material + crop,
+    throw InputError(asked_of(source),
                      "its " + text_of(size) + " pixels have no room for " + what +
                          ": its coarsest level would be " + "smaller than the neighbourhood of order " +
                          std::to_string(least),
@@ -219,6 +263,26 @@ bool has_room(Size level, int order) {
     const std::vector<Offset> offsets = neighbourhood(order, NeighbourhoodKind::causal);
     const Offset box = difference_box(offsets);
     return level.height > box.row && level.width > box.column && area(level) > offsets.size();
+}
+
+/// 3D models have more equations the more planes there are.
+void check_planes(const ExperimentConfig& config, const PictureSource& source, const PictureShape& shape,
+                  Size coarsest, int order) {
+    const auto field = std::ranges::find_if(config.models, [](ExperimentModel model) {
+        const std::optional<ModelKind> kind = random_field(model);
+        return kind && !is_2d(*kind);
+    });
+    if (field == config.models.end()) return;
+    const std::size_t unknowns =
+        neighbourhood(order, NeighbourhoodKind::causal).size() * static_cast<std::size_t>(shape.planes);
+    if (area(coarsest) > unknowns) return;
+    throw InputError(asked_of(source),
+                     "its " + counted(shape.planes, "plane") + " are too many for " +
+                         std::string(name(*field)) + ": even order " + std::to_string(order) + " has " +
+                         std::to_string(unknowns) + " unknowns a plane, and the coarsest level " +
+                         std::to_string(area(coarsest)) + " pixels",
+                     "correct the configuration: use 2D models, larger pictures or fewer levels; nothing was "
+                     "run");
 }
 
 void check_texture_size(const ExperimentConfig& config) {
@@ -244,7 +308,7 @@ void check_texture_size(const ExperimentConfig& config) {
 }  // namespace
 
 void check_room(const ExperimentConfig& config, const std::vector<PictureSource>& sources,
-                const std::map<std::string, Size>& sizes) {
+                const std::map<std::string, PictureShape>& shapes) {
     check_texture_size(config);
     const bool fields = std::ranges::any_of(
         config.models, [](ExperimentModel model) { return random_field(model).has_value(); });
@@ -252,61 +316,62 @@ void check_room(const ExperimentConfig& config, const std::vector<PictureSource>
     const int least_order = *std::ranges::min_element(config.orders);
     const int least_levels = std::max(1, *std::ranges::min_element(config.levels));
     for (const PictureSource& source : sources) {
-        const auto found = sizes.find(source.picture);
-        if (found == sizes.end()) continue;
+        const auto found = shapes.find(source.picture);
+        if (found == shapes.end()) continue;
+        const PictureShape& shape = found->second;
         const auto coarsest = [&](int levels) {
-            return pyramid_sizes(found->second, levels, config.factor).back();
+            return pyramid_sizes(shape.size, levels, config.factor).back();
         };
         for (const int levels : config.levels) {
             if (levels < 1 || has_room(coarsest(levels), least_order)) continue;
             int most = levels;
             while (most > 1 && !has_room(coarsest(most), least_order)) --most;
-            refuse_room(source, found->second, counted(levels, "level"), least_order,
+            refuse_room(source, shape.size, counted(levels, "level"), least_order,
                         "use at most " + counted(most, "level"));
         }
         for (const int order : config.orders)
             if (!has_room(coarsest(least_levels), order))
-                refuse_room(source, found->second,
+                refuse_room(source, shape.size,
                             counted(least_levels, "level") + " of order " + std::to_string(order), order,
                             "use a lower order or fewer levels");
+        check_planes(config, source, shape, coarsest(least_levels), least_order);
     }
 }
 
-std::map<std::string, Size> check_pictures(
+std::map<std::string, PictureShape> check_pictures(
     const std::vector<PictureSource>& sources,
-    const std::function<std::optional<Size>(const std::string& picture)>& known) {
+    const std::function<std::optional<PictureShape>(const std::string& picture)>& known) {
     std::vector<const PictureSource*> unread;
-    std::map<std::string, Size> sizes;
+    std::map<std::string, PictureShape> shapes;
     for (const PictureSource& source : sources) {
-        if (sizes.count(source.picture) != 0) continue;
-        const std::optional<Size> before = known(source.picture);
-        sizes[source.picture] = before.value_or(Size{});
+        if (shapes.count(source.picture) != 0) continue;
+        const std::optional<PictureShape> before = source.shape ? source.shape : known(source.picture);
+        shapes[source.picture] = before.value_or(PictureShape{});
         if (!before) unread.push_back(&source);
     }
-    std::vector<Size> read(unread.size());
+    std::vector<PictureShape> read(unread.size());
     std::vector<std::optional<InputError>> errors(unread.size());
     for_each_block(static_cast<int>(unread.size()), [&](int i) {
         const auto at = static_cast<std::size_t>(i);
         try {
-            read[at] = read_picture(unread[at]->file, unread[at]->crop).image.size();
+            const Image image = read_picture(unread[at]->file, unread[at]->crop).image;
+            read[at] = {image.size(), image.planes()};
         } catch (const InputError& error) {
             errors[at] = error;
         }
     });
     const auto bad = std::ranges::find_if(errors, [](const auto& error) { return error.has_value(); });
     if (bad == errors.end()) {
-        for (std::size_t i = 0; i < unread.size(); ++i) sizes[unread[i]->picture] = read[i];
-        return sizes;
+        for (std::size_t i = 0; i < unread.size(); ++i) shapes[unread[i]->picture] = read[i];
+        return shapes;
     }
     const PictureSource& source = *unread[static_cast<std::size_t>(bad - errors.begin())];
     const auto others =
         std::count_if(bad + 1, errors.end(), [](const auto& error) { return error.has_value(); });
-    const std::string crop = source.crop ? ", crop [" + crop_text(source.crop) + "]" : "";
     const std::string more = others == 0   ? ""
                              : others == 1 ? " (and another picture fails)"
                                            : " (and " + std::to_string(others) + " other pictures fail)";
-    throw InputError("experiment with '" + source.name + "' of " + source.material + crop,
-                     (*bad)->found() + more,
+    throw InputError(asked_of(source), (*bad)->found() + more,
                      "correct the configuration: " + (*bad)->remedy() + "; nothing was run");
 }
 

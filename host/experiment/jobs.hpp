@@ -16,18 +16,38 @@
 
 namespace btfield::detail {
 
+class OpenSets;
+
+/// Which picture of a BTF, and how the set is read; the crop is the picture's.
+struct DirectionSource {
+    std::string set_name;  ///< path as the configuration leads to it
+    BtfOptions reading;
+    ExperimentDirections at;
+    BtfDirection true_light;        ///< where light came from
+    std::filesystem::path model{};  ///< of the set; empty: none
+    std::string model_content{};    ///< SHA-256 of the file
+};
+
+struct PictureShape {
+    Size size;
+    int planes = 0;
+};
+
 /// A picture that the configuration names.
 struct PictureSource {
-    std::string name;  ///< path as the configuration leads to it: relative where it is
-    std::filesystem::path file;
+    std::string name;  ///< path as the configuration leads to it: relative where it is; and directions
+    std::filesystem::path file;  ///< or folder, of a BTF
     std::string material;
     std::optional<Crop> crop;
     double white = 1.0;
-    std::string content;  ///< SHA-256 of the file
+    std::string content;  ///< SHA-256 of the file; of a picture of a BTF that of its values
     std::string picture;  ///< SHA-256 of content, crop and white level: what results depend on
+    std::optional<DirectionSource> direction{};
+    std::optional<PictureShape> shape{};  ///< where it was read already
 };
 
-/// What distinguishes the jobs of one picture. Rolls have order and levels 0: only the seed matters.
+/// What distinguishes the jobs of one picture. Rolls and pictures of BTF models have order and levels 0: only
+/// the seed matters, and what the models are.
 struct JobSettings {
     ExperimentModel model = ExperimentModel::car3d;
     int order = 1;
@@ -35,6 +55,7 @@ struct JobSettings {
     EstimatorChoice estimator = EstimatorChoice::automatic;
     MarginalMode marginals = MarginalMode::match;
     std::uint64_t seed = 0;
+    std::string btf_models{};  ///< of ExperimentModel::btf: see btf_models_content()
     friend bool operator==(const JobSettings&, const JobSettings&) = default;
 };
 
@@ -44,12 +65,15 @@ struct JobSettings {
 [[nodiscard]] NoiseForm noise_of(const ExperimentConfig& config, ExperimentModel model);
 [[nodiscard]] GainMode gains_of(const ExperimentConfig& config, ExperimentModel model);
 
+/// Rolls and BTF models are not fitted to pictures here.
+[[nodiscard]] bool has_levels(ExperimentModel model);
+
 /// True when both textures come from one model.
 [[nodiscard]] bool same_fit(const JobSettings& a, const JobSettings& b);
 
-/// Marginals of rolls, which keep the picture's whatever is asked of models.
+/// Marginals of what has_levels() not, which are its own whatever is asked of models.
 inline constexpr std::string_view any_marginals = "any";
-/// "match", "none"; any_marginals of rolls.
+/// "match", "none", or any_marginals.
 [[nodiscard]] std::string_view marginals_text(const JobSettings& settings);
 
 enum class JobStatus { done, refused, failed };
@@ -120,34 +144,37 @@ struct WorkReport {
 };
 
 /// All jobs of a picture in the order of work: of one fit together, of larger orders before smaller ones,
-/// since their lag covariances contain those of the smaller; rolls last. The estimator is `automatic` for
-/// models that have but one.
+/// since their lag covariances contain those of the smaller; rolls and BTF models last. The estimator is
+/// `automatic` for models that have but one.
+/// \throws InputError when a BTF model cannot be read, where they are asked for
 [[nodiscard]] std::vector<JobSettings> job_settings(const ExperimentConfig& config);
 
 /// Canonical JSON text of all that a texture and its measures depend on besides the picture.
 [[nodiscard]] std::string settings_text(const ExperimentConfig& config, const JobSettings& settings);
 [[nodiscard]] std::string job_key(const std::string& picture, const std::string& settings_text);
 
-/// Expands the patterns, sorted by name within each entry, and names the contents.
+/// Expands the patterns, sorted by name within each entry, chooses directions, sorted view by view, and names
+/// the contents. Pictures of BTFs are read for that, one by one, and thrown away.
 /// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same
-///     picture.
-[[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config);
+///     picture; when a set cannot be opened, or has not what is asked of it.
+[[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets);
 
-/// Reads every picture whose size is not known from before, and throws it away.
-/// \param known  size of a picture that was read before
-/// \return the size of each
+/// Reads every picture whose shape is not known from before, and throws it away.
+/// \param known  shape of a picture that was read before
+/// \return the shape of each
 /// \throws InputError naming the first picture, with its crop, that cannot be read or that the crop leaves,
 ///     and how many others there are
-std::map<std::string, Size> check_pictures(
+std::map<std::string, PictureShape> check_pictures(
     const std::vector<PictureSource>& sources,
-    const std::function<std::optional<Size>(const std::string& picture)>& known);
+    const std::function<std::optional<PictureShape>(const std::string& picture)>& known);
 
 /// Whether what the configuration lists can be had of these pictures at all.
-/// \param sizes  of the pictures
+/// \param shapes  of the pictures
 /// \throws InputError when a number of levels has no room in a picture, whatever order it goes with, or an
-///     order, whatever number of levels; when textures are larger than any device could make them
+///     order, whatever number of levels, or a model, whatever both, for the planes that it has; when textures
+///     are larger than any device could make them
 void check_room(const ExperimentConfig& config, const std::vector<PictureSource>& sources,
-                const std::map<std::string, Size>& sizes);
+                const std::map<std::string, PictureShape>& shapes);
 
 /// "x,y,w,h", or nothing.
 [[nodiscard]] std::string crop_text(const std::optional<Crop>& crop);

@@ -25,7 +25,7 @@ std::vector<PictureSource> distinct(const std::vector<PictureSource>& sources) {
 }  // namespace
 
 Ledger::Ledger(const ExperimentConfig& config, const std::filesystem::path& database,
-               const ExperimentRunOptions& options, int workers)
+               const ExperimentRunOptions& options, OpenSets& sets, int workers)
     : config_(config),
       textures_(options.textures.empty() ? options.textures : std::filesystem::absolute(options.textures)),
       shard_(options.shard),
@@ -38,9 +38,9 @@ Ledger::Ledger(const ExperimentConfig& config, const std::filesystem::path& data
     }
     progress_.stage = "pictures";
     if (options.progress) options.progress(progress_);
-    const std::vector<PictureSource> sources = picture_sources(config);
+    const std::vector<PictureSource> sources = picture_sources(config, sets);
     check_room(config, sources, check_pictures(sources, [&](const std::string& picture) {
-                   return database_.size_of(picture);
+                   return database_.shape_of(picture);
                }));
     database_.add(config, sources);
     plan(sources);

@@ -24,7 +24,7 @@ class Ledger {
     /// Reads what the database has and plans the rest.
     /// \param workers threads of all ranks
     Ledger(const ExperimentConfig& config, const std::filesystem::path& database,
-           const ExperimentRunOptions& options, int workers);
+           const ExperimentRunOptions& options, OpenSets& sets, int workers);
 
     /// The next unit of work; nothing when there is none now: finished() tells whether one may still come.
     [[nodiscard]] std::optional<WorkUnit> next();

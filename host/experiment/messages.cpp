@@ -5,6 +5,7 @@
 
 #include "btfield/error.hpp"
 #include "host/experiment/experiment_names.hpp"
+#include "host/experiment/set_pictures.hpp"
 #include "host/fit/fit_names.hpp"
 
 namespace btfield::detail {
@@ -23,7 +24,8 @@ void read_optional(const json& value, std::optional<Value>& target) {
 }
 
 json settings_json(const JobSettings& s) {
-    return json::array({name(s.model), s.order, s.levels, name(s.estimator), name(s.marginals), s.seed});
+    return json::array(
+        {name(s.model), s.order, s.levels, name(s.estimator), name(s.marginals), s.seed, s.btf_models});
 }
 
 JobSettings settings_of(const json& value) {
@@ -34,6 +36,7 @@ JobSettings settings_of(const json& value) {
     s.estimator = value_of<EstimatorChoice>(value.at(3).get<std::string>());
     s.marginals = value_of<MarginalMode>(value.at(4).get<std::string>());
     s.seed = value.at(5).get<std::uint64_t>();
+    s.btf_models = value.at(6).get<std::string>();
     return s;
 }
 
@@ -44,6 +47,19 @@ json unit_json(const WorkUnit& unit) {
                         source.white, source.content,       source.picture};
     if (source.crop)
         object["crop"] = {source.crop->x, source.crop->y, source.crop->width, source.crop->height};
+    if (const std::optional<DirectionSource>& direction = source.direction) {
+        const auto [view, light] = direction->at;
+        object["direction"] = {direction->set_name,
+                               reading_text(direction->reading),
+                               view.theta,
+                               view.phi,
+                               light.theta,
+                               light.phi,
+                               direction->true_light.theta,
+                               direction->true_light.phi,
+                               direction->model.string(),
+                               direction->model_content};
+    }
     object["jobs"] = json::array();
     for (const JobSettings& job : unit.jobs) object["jobs"].push_back(settings_json(job));
     object["keep"] = unit.keep;
@@ -63,6 +79,14 @@ WorkUnit unit_of(const json& object) {
     if (object.contains("crop")) {
         const auto sides = object["crop"].get<std::vector<int>>();
         source.crop = Crop{sides.at(0), sides.at(1), sides.at(2), sides.at(3)};
+    }
+    if (object.contains("direction")) {
+        const json& direction = object["direction"];
+        const auto angle = [&](std::size_t i) { return direction.at(i).get<double>(); };
+        source.direction = DirectionSource{
+            direction.at(0).get<std::string>(),           reading_of(direction.at(1).get<std::string>()),
+            {{angle(2), angle(3)}, {angle(4), angle(5)}}, {angle(6), angle(7)},
+            direction.at(8).get<std::string>(),           direction.at(9).get<std::string>()};
     }
     for (const json& job : object.at("jobs")) unit.jobs.push_back(settings_of(job));
     unit.keep = object.at("keep").get<bool>();

@@ -1,6 +1,6 @@
 #include "host/experiment/picture_place.hpp"
 
-#include <array>
+#include <utility>
 
 #include "btfield/error.hpp"
 #include "host/experiment/sha256.hpp"
@@ -53,15 +53,22 @@ std::optional<fs::path> PicturePlaces::near(const std::string& folder, const fs:
     return (home_ / found->second / name).lexically_normal();
 }
 
-std::optional<fs::path> PicturePlaces::picture(const std::string& folder, const std::string& name,
-                                               const std::string& content) const {
+std::vector<fs::path> PicturePlaces::candidates(const std::string& folder, const std::string& name) const {
     // Names of pictures outside the configuration's folder are whole paths, kept with no folder.
     const fs::path path = fs::path(folder) / name;
-    const std::array<std::optional<fs::path>, 3> candidates{
-        folder.empty() ? near(path.parent_path().string(), path.filename()) : near(folder, name), path,
-        home_ / (folder.empty() ? path.filename() : fs::path(name))};
-    for (const auto& candidate : candidates)
-        if (candidate && holds(*candidate, content)) return candidate;
+    std::vector<fs::path> all;
+    if (auto beside =
+            folder.empty() ? near(path.parent_path().string(), path.filename()) : near(folder, name))
+        all.push_back(std::move(*beside));
+    all.push_back(path);
+    all.push_back(home_ / (folder.empty() ? path.filename() : fs::path(name)));
+    return all;
+}
+
+std::optional<fs::path> PicturePlaces::picture(const std::string& folder, const std::string& name,
+                                               const std::string& content) const {
+    for (const fs::path& candidate : candidates(folder, name))
+        if (holds(candidate, content)) return candidate;
     return std::nullopt;
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "host/experiment/sqlite.hpp"
 
@@ -23,6 +24,9 @@ class PicturePlaces {
     [[nodiscard]] std::optional<std::filesystem::path> picture(const std::string& folder,
                                                                const std::string& name,
                                                                const std::string& content) const;
+    /// Where a row's picture or set may be, in this order, whatever is there.
+    [[nodiscard]] std::vector<std::filesystem::path> candidates(const std::string& folder,
+                                                                const std::string& name) const;
     /// A texture that was kept.
     [[nodiscard]] std::optional<std::filesystem::path> texture(const std::string& file) const;
 

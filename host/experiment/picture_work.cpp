@@ -12,8 +12,8 @@
 
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
+#include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sha256.hpp"
-#include "host/experiment/texture_source.hpp"
 #include "host/pictures/pixel_values.hpp"
 
 namespace btfield::detail {
@@ -94,24 +94,42 @@ void fail_from(std::vector<JobResult>& results, std::size_t first, const Failure
 }
 
 /// Failures to read are the surroundings', not the picture's: it could be read when the run began.
-Picture read(const PictureSource& source) {
+Picture read(const PictureSource& source, OpenSets& sets) {
+    const auto changed = [&](const std::string& content, const std::string& what) {
+        if (content != source.content)
+            throw std::runtime_error("the picture '" + what + "' changed during the run");
+    };
     try {
-        if (sha256_of_file(source.file) != source.content) {
-            throw std::runtime_error("the picture '" + source.file.string() + "' changed during the run");
+        if (source.direction) {
+            Picture picture;
+            picture.image = read_direction(sets, source.file, *source.direction, source.crop);
+            picture.type = PixelType::float32;  // linear light is not in the steps of the file
+            changed(sha256_of_values(picture.image), source.name);
+            return picture;
         }
+        changed(sha256_of_file(source.file), source.file.string());
         return read_picture(source.file, source.crop);
     } catch (const InputError& error) {
         throw std::runtime_error(error.what());
     }
 }
 
+/// "bark", and of a BTF "bark-view-30-45-light-60-200".
+std::string stem_of(const PictureSource& source) {
+    if (!source.direction) return fs::path(source.name).stem().string();
+    std::string text =
+        fs::path(source.direction->set_name).stem().string() + "-" + directions_text(source.direction->at);
+    std::ranges::replace_if(
+        text, [](char c) { return c == ' ' || c == ','; }, '-');
+    return text;
+}
+
 /// "bark-1f2e3d4c-3d-car-match.png": the format of the picture's values, lossless.
 std::string texture_name(const PictureSource& source, const JobSettings& settings, const std::string& metric,
                          PixelType type, int planes) {
     const bool png = is_integer(type) && (planes == 1 || planes == 3);
-    return fs::path(source.name).stem().string() + "-" + source.picture.substr(0, 8) + "-" +
-           std::string(name(settings.model)) + "-" + std::string(marginals_text(settings)) +
-           (metric == name(Metric::max) ? "" : "-" + metric) +
+    return stem_of(source) + "-" + source.picture.substr(0, 8) + "-" + std::string(name(settings.model)) +
+           "-" + std::string(marginals_text(settings)) + (metric == name(Metric::max) ? "" : "-" + metric) +
            (png                ? ".png"
             : is_integer(type) ? ".tif"
                                : ".exr");
@@ -199,8 +217,13 @@ class PictureWork::Picture {
     std::unique_ptr<MemdReference> reference_;
 };
 
-PictureWork::PictureWork(const ExperimentConfig& config, const std::string& device, fs::path textures)
-    : config_(config), device_(device), textures_(std::move(textures)) {}
+PictureWork::PictureWork(const ExperimentConfig& config, const std::string& device, fs::path textures,
+                         OpenSets& sets)
+    : config_(config),
+      device_(device),
+      textures_(std::move(textures)),
+      sets_(sets),
+      btfs_(device_, config.allow_invalid) {}
 
 std::vector<JobResult> PictureWork::blanks(const PictureSource& source,
                                            std::span<const JobSettings> jobs) const {
@@ -224,7 +247,7 @@ void PictureWork::run(const WorkUnit& unit, const std::function<void(WorkReport)
     if (stop()) return;
     std::unique_ptr<Picture> picture;
     try {
-        picture = std::make_unique<Picture>(device_, unit.source, read(unit.source), config_);
+        picture = std::make_unique<Picture>(device_, unit.source, read(unit.source, sets_), config_);
         if (!unit.keep) report({picture->facts(), {}, {}, {}});
     } catch (...) {
         const Failure failure = current_failure();
@@ -273,7 +296,7 @@ WorkReport PictureWork::measure(Picture& picture, const PictureSource& source,
     try {
         const Watch fitting;
         const std::unique_ptr<TextureSource> textures_of =
-            texture_source(device_, picture.analysis, config_, jobs.front());
+            texture_source(device_, picture.analysis, config_, jobs.front(), source, btfs_);
         const double fit_share = fitting.seconds() / static_cast<double>(jobs.size());
         for (JobResult& result : results) {
             result.fit_seconds = fit_share;
@@ -307,7 +330,7 @@ WorkReport PictureWork::keep(Picture& picture, const PictureSource& source,
     WorkReport news;
     try {
         const std::unique_ptr<TextureSource> textures_of =
-            texture_source(device_, picture.analysis, config_, jobs.front());
+            texture_source(device_, picture.analysis, config_, jobs.front(), source, btfs_);
         textures_of->prepare();
         const fs::path folder = textures_ / folder_name(source.material);
         fs::create_directories(folder);

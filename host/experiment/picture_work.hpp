@@ -13,6 +13,7 @@
 
 #include "btfield/device.hpp"
 #include "host/experiment/jobs.hpp"
+#include "host/experiment/texture_source.hpp"
 
 namespace btfield::detail {
 
@@ -20,7 +21,8 @@ class PictureWork {
   public:
     /// \param textures folder of textures that are kept
     /// \throws DeviceError when the device does not open
-    PictureWork(const ExperimentConfig& config, const std::string& device, std::filesystem::path textures);
+    PictureWork(const ExperimentConfig& config, const std::string& device, std::filesystem::path textures,
+                OpenSets& sets);
 
     /// Whatever goes wrong becomes results of the jobs that it befell. Reports fit by fit.
     /// \param stop asked before every fit; true leaves the jobs that follow undone
@@ -43,6 +45,8 @@ class PictureWork {
     const ExperimentConfig& config_;
     Device device_;
     std::filesystem::path textures_;
+    OpenSets& sets_;
+    GrownBtfs btfs_;
 };
 
 /// The picture as an 8-bit file would give it back whose 255 is white: rounded and clamped, in its own unit.

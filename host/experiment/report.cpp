@@ -13,11 +13,14 @@
 #include "btfield/experiment.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
+#include "host/experiment/angles.hpp"
+#include "host/experiment/direction_map.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/picture_place.hpp"
 #include "host/experiment/plot.hpp"
 #include "host/experiment/results_database.hpp"
 #include "host/experiment/scope.hpp"
+#include "host/experiment/set_pictures.hpp"
 #include "host/experiment/table_format.hpp"
 #include "host/experiment/thumbnail.hpp"
 
@@ -39,7 +42,7 @@ thead th{border-bottom:1px solid #888}tbody tr:nth-child(even){background:#f4f4f
 tr.first td{border-top:1px solid #888}td.least{font-weight:bold}
 .plots{display:flex;flex-wrap:wrap;gap:1em;margin-top:1.5em}.plots svg{width:420px;max-width:100%}
 svg text{font:11px system-ui,sans-serif;fill:#444}svg .title text{font-size:13px;fill:#222}
-svg .axis line{stroke:#ddd}.legend span{margin-right:1.2em;white-space:nowrap}
+svg .axis line{stroke:#ddd}svg .disc circle{fill:none;stroke:#ccc}.legend span{margin-right:1.2em;white-space:nowrap}
 .legend svg{width:34px;height:10px;vertical-align:middle;margin-right:.4em}
 .pictures{display:flex;flex-wrap:wrap;gap:.8em}figure{margin:0;width:130px}
 figure img,figure .none{width:112px;height:112px;object-fit:cover;background:#eee;display:block}
@@ -66,6 +69,7 @@ std::string colour_of(Family family) {
 /// One colour per family, told apart by those who see few; 2D models are dashed.
 std::string colour_of(const std::string& model) {
     if (const auto field = find_value<ModelKind>(model)) return colour_of(family(*field));
+    if (model == name(ExperimentModel::btf)) return "#888";
     return model == name(ExperimentModel::compound) ? "#000" : "#56b4e9";
 }
 
@@ -74,8 +78,9 @@ bool is_dashed(const std::string& model) {
     return field && is_2d(*field);
 }
 
-bool is_roll(const std::string& model) {
-    return model == name(ExperimentModel::roll);
+bool has_no_order(const std::string& model) {
+    const auto known = find_value<ExperimentModel>(model);
+    return known && !has_levels(*known);
 }
 
 std::string heading(int level, const std::string& text) {
@@ -127,7 +132,7 @@ std::string legend(const std::vector<ExperimentTable::Row>& rows) {
 }
 
 /// MEMD* by order, one plot per number of levels: means over pictures of the best over estimators and seeds.
-/// Rolls, which have neither, are level lines in all of them.
+/// Rolls and BTF models, which have neither, are level lines in all of them.
 std::string plots_html(Connection& connection, const ExperimentTable& table) {
     std::map<int, std::map<std::string, std::map<int, double>>> means;  // of levels, model, order
     std::set<int> orders;
@@ -137,7 +142,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
             WHERE status = 'done' AND metric = ?1 AND marginals = ?2 AND instr(?3, ', ' || noise || ',') > 0
                 AND instr(?4, ', ' || gains || ',') > 0
                 AND (instr(?5, ', ' || estimator || ',') > 0 OR model LIKE '%-car' OR model LIKE '%-ma'
-                     OR model IN ('compound', 'roll'))
+                     OR model IN ('compound', 'roll', 'btf'))
             GROUP BY levels, model, "order", picture)
         GROUP BY levels, model, "order")sql");
     // Of what the table has, and what is not read.
@@ -145,7 +150,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
     query.bind(table.metric).bind(table.marginals).bind(list(table.noise)).bind(list(table.gains));
     query.bind(list(table.estimators));
     while (query.step()) {
-        if (is_roll(query.text(1))) continue;  // of a table of its own
+        if (has_no_order(query.text(1))) continue;  // of a table of its own
         const int order = static_cast<int>(query.number(2));
         orders.insert(order);
         means[static_cast<int>(query.number(0))][query.text(1)][order] = query.real(3);
@@ -158,7 +163,7 @@ std::string plots_html(Connection& connection, const ExperimentTable& table) {
         std::vector<PlotLine> lines;
         for (const ExperimentTable::Row& row : table.rows) {
             PlotLine line{model_title(row.model), colour_of(row.model), is_dashed(row.model), {}};
-            if (is_roll(row.model)) {
+            if (has_no_order(row.model)) {
                 line.values.assign(orders.size(), row.all.mean);
                 lines.push_back(std::move(line));
                 continue;
@@ -192,9 +197,31 @@ std::optional<Crop> crop_of(const std::string& text) {
     return crop;
 }
 
-/// The picture and the best texture of each model, of the scope that was entered.
-std::string picture_html(Connection& connection, const PicturePlaces& places, const Statement& file) {
+/// Of the picture of a row: of `files`, and what `directions` has of it behind.
+std::string file_thumbnail(const PicturePlaces& places, const Statement& file) {
     const auto path = places.picture(file.text(0), file.text(1), file.text(7));
+    return path ? thumbnail_uri(*path, crop_of(file.text(2)), file.real(3), thumbnail_side) : std::string();
+}
+
+std::string direction_thumbnail(const PicturePlaces& places, const Statement& file, OpenSets& sets) {
+    const auto angle = [&](int column) { return from_degrees(file.real(column)); };
+    const DirectionSource direction{
+        file.text(8), reading_of(file.text(9)), {{angle(10), angle(11)}, {angle(12), angle(13)}}, {}};
+    for (const std::filesystem::path& place : places.candidates(file.text(0), file.text(8))) {
+        try {
+            const Image image = read_direction(sets, place, direction, crop_of(file.text(2)));
+            if (sha256_of_values(image) == file.text(7))
+                return thumbnail_uri(image, file.real(3), thumbnail_side);
+        } catch (const InputError&) {
+            continue;  // not there any more
+        }
+    }
+    return {};
+}
+
+/// The picture and the best texture of each model, of the scope that was entered.
+std::string picture_html(Connection& connection, const PicturePlaces& places, const Statement& file,
+                         OpenSets& sets) {
     const std::string picture = file.text(5);
     const double white = file.real(3), kappa = file.real(6);
     std::string html = "<section class=\"picture\"><h3>" + html_text(file.text(1)) +
@@ -203,7 +230,7 @@ std::string picture_html(Connection& connection, const PicturePlaces& places, co
                        ", κ(256) = " + kappa_text(kappa) +
                        (std::isfinite(kappa) ? (kappa > Kappa::threshold ? ": 3D" : ": 2D suffices") : "") +
                        "</span></h3><div class=\"pictures\">\n";
-    html += figure(path ? thumbnail_uri(*path, crop_of(file.text(2)), white, thumbnail_side) : std::string(),
+    html += figure(file.is_null(8) ? file_thumbnail(places, file) : direction_thumbnail(places, file, sets),
                    "not at hand", "original");
     Statement best(connection, R"sql(
         SELECT best.model, best.marginals, best.metric, memd_star, "order", levels, best.estimators, textures.file FROM (
@@ -218,7 +245,7 @@ std::string picture_html(Connection& connection, const PicturePlaces& places, co
         const std::int64_t levels = best.number(5);
         std::string caption =
             "<b>" + html_text(model_title(best.text(0))) + "</b> " + percent_text(best.real(3)) + " %";
-        if (!is_roll(best.text(0)))
+        if (!has_no_order(best.text(0)))
             caption += "<br>order " + std::to_string(best.number(4)) +
                        (levels == 0 ? "" : ", K " + std::to_string(levels)) + ", " + html_text(best.text(6)) +
                        "<br>marginals " + html_text(best.text(1));
@@ -247,7 +274,7 @@ std::string page_title(const std::vector<std::optional<RecordedConfiguration>>& 
 
 /// Tables, plots and pictures of the scope that was entered.
 std::string scope_html(Connection& connection, const std::filesystem::path& database,
-                       const std::vector<ExperimentTable>& tables, int most_pictures) {
+                       const std::vector<ExperimentTable>& tables, int most_pictures, OpenSets& sets) {
     std::string html;
     for (const ExperimentTable& table : tables) {
         html += heading(2, "Marginals " + table.marginals + ", metric " + table.metric);
@@ -256,25 +283,35 @@ std::string scope_html(Connection& connection, const std::filesystem::path& data
         for (const std::string& reason : table_reasons(table))
             reasons += "<li>" + html_text(reason) + "</li>\n";
         html += table_html(table) + (reasons.empty() ? "" : "<ul>\n" + reasons + "</ul>\n") +
-                plots_html(connection, table);
+                plots_html(connection, table) + direction_maps_html(table);
     }
     html += heading(2, "Pictures");
     const PicturePlaces places(connection, database);
-    Statement files(connection, R"sql(
+    const bool has_directions =
+        connection.number("SELECT count(*) FROM sqlite_schema WHERE name = 'directions'") > 0;
+    Statement files(connection,
+                    std::string(R"sql(
         SELECT places.folder, places.name, places.crop, COALESCE(files.white, 1.0), places.material, places.picture,
-               pictures.kappa, COALESCE(files.content, '')
-        FROM scope_places AS places
+               pictures.kappa, COALESCE(files.content, ''))sql") +
+                        (has_directions ? R"sql(,
+               btf, reading, view_theta, view_phi, light_theta, light_phi
+        FROM scope_places AS places LEFT JOIN main.directions AS directions
+            ON (directions.folder, directions.name, directions.crop) = (places.folder, places.name, places.crop))sql"
+                                        : ", NULL FROM scope_places AS places") +
+                        R"sql(
         LEFT JOIN main.files AS files
             ON (files.folder, files.name, files.crop) = (places.folder, places.name, places.crop)
         LEFT JOIN main.pictures AS pictures ON pictures.picture = places.picture
-        ORDER BY places.material, places.name, places.crop)sql");
+        ORDER BY places.material)sql" +
+                        (has_directions ? ", btf, view_theta, view_phi, light_theta, light_phi" : "") +
+                        ", places.name, places.crop");
     const std::int64_t count = connection.number("SELECT count(*) FROM scope_places");
     html += paragraph(
         "Upper left corners, pixel for pixel. " +
         (count > most_pictures ? "The first " + std::to_string(most_pictures) + " of " : std::string()) +
         std::to_string(count) + (count == 1 ? " picture." : " pictures."));
     for (int shown = 0; shown < most_pictures && files.step(); ++shown)
-        html += picture_html(connection, places, files);
+        html += picture_html(connection, places, files, sets);
     return html;
 }
 
@@ -301,11 +338,14 @@ void write_experiment_report(const std::filesystem::path& database, const std::f
         "How near models come to the colours of pictures: MEMD* between every picture and the best "
         "texture of each model, as P4 (Havlíček and Haindl, WSCG 2024), section 5. Written by "
         "btfield " BTFIELD_VERSION ".");
+    ExperimentTableOptions with_pictures = options;
+    with_pictures.by_picture = true;  // for the maps
+    OpenSets sets;
     for (const auto& configuration : chosen) {
         enter_scope(connection, configuration);
         if (chosen.size() > 1) html += heading(2, "Configuration " + configuration->name);
-        html += scope_html(connection, database, tables_of_scope(connection, configuration, options),
-                           most_pictures);
+        html += scope_html(connection, database, tables_of_scope(connection, configuration, with_pictures),
+                           most_pictures, sets);
     }
     html += heading(2, "Configuration") + configurations_html(connection) + "</body>\n</html>\n";
     write_file(page, valid_utf8(html), asked);

@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/picture_place.hpp"
+#include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sha256.hpp"
 
 namespace btfield::detail {
@@ -67,6 +69,11 @@ CREATE TABLE IF NOT EXISTS wanted(
     configuration TEXT NOT NULL, settings TEXT NOT NULL, PRIMARY KEY(configuration, settings)
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS places(folder TEXT PRIMARY KEY, near TEXT NOT NULL) STRICT, WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS directions(
+    folder TEXT NOT NULL, name TEXT NOT NULL, crop TEXT NOT NULL, btf TEXT NOT NULL, reading TEXT NOT NULL,
+    view_theta REAL NOT NULL, view_phi REAL NOT NULL, light_theta REAL NOT NULL, light_phi REAL NOT NULL,
+    PRIMARY KEY(folder, name, crop)
+) STRICT, WITHOUT ROWID;
 )sql";
 
 std::string now() {
@@ -84,8 +91,9 @@ std::string configuration_id(const ExperimentConfig& config) {
 /// The folder that the name is relative to; none of a name that is a whole path.
 std::string folder_of(const PictureSource& source) {
     std::string folder = source.file.string();
-    if (source.name == folder) return {};
-    folder.resize(folder.size() - source.name.size());
+    const std::string& own = source.direction ? source.direction->set_name : source.name;
+    if (own == folder) return {};
+    folder.resize(folder.size() - own.size());
     return folder;
 }
 
@@ -167,6 +175,21 @@ void add_files(Connection& connection, const std::vector<PictureSource>& sources
             .bind(source.white)
             .bind(source.content)
             .bind(source.picture)
+            .run();
+    }
+    Statement direct(connection, "INSERT OR REPLACE INTO directions VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    for (const PictureSource& source : sources) {
+        if (!source.direction) continue;
+        const auto [view, light] = source.direction->at;
+        direct.bind(folder_of(source))
+            .bind(source.name)
+            .bind(crop_text(source.crop))
+            .bind(source.direction->set_name)
+            .bind(reading_text(source.direction->reading))
+            .bind(in_degrees(view.theta))
+            .bind(in_degrees(view.phi))
+            .bind(in_degrees(light.theta))
+            .bind(in_degrees(light.phi))
             .run();
     }
 }
@@ -324,11 +347,12 @@ std::map<std::string, JobStatus> ResultsDatabase::jobs_of(const std::string& pic
     return jobs;
 }
 
-std::optional<Size> ResultsDatabase::size_of(const std::string& picture) {
-    Statement query(connection_, "SELECT height, width FROM pictures WHERE picture = ?");
+std::optional<PictureShape> ResultsDatabase::shape_of(const std::string& picture) {
+    Statement query(connection_, "SELECT height, width, planes FROM pictures WHERE picture = ?");
     query.bind(picture);
     if (!query.step()) return std::nullopt;
-    return Size{static_cast<int>(query.number(0)), static_cast<int>(query.number(1))};
+    return PictureShape{{static_cast<int>(query.number(0)), static_cast<int>(query.number(1))},
+                        static_cast<int>(query.number(2))};
 }
 
 std::vector<std::string> ResultsDatabase::best_not_kept(const std::string& picture,
@@ -385,6 +409,8 @@ void ResultsDatabase::absorb(const fs::path& other) {
                         number = max(number, excluded.number), started = max(started, excluded.started);
             )sql");
         }
+        if (connection_.number("SELECT count(*) FROM other.sqlite_schema WHERE name = 'directions'") > 0)
+            connection_.execute("INSERT OR IGNORE INTO directions SELECT * FROM other.directions");
         absorb_places(connection_, other, path_);
         transaction.commit();
     }

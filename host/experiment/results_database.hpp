@@ -18,7 +18,7 @@
 namespace btfield::detail {
 
 /// Schema that this version writes, and the only one it reads. Tables that were added to it later (runs,
-/// members, wanted, places) are made where they are missing, and done without by who only reads.
+/// members, wanted, places, directions) are made where they are missing, and done without by who only reads.
 inline constexpr int results_schema = 1;
 
 /// Writes rows. One process at a time: it holds a lock as long as it lives, and readers do not mind.
@@ -39,7 +39,7 @@ class ResultsDatabase {
     void add(const WorkReport& report);
 
     /// Of a picture that was read before; nothing of others.
-    [[nodiscard]] std::optional<Size> size_of(const std::string& picture);
+    [[nodiscard]] std::optional<PictureShape> shape_of(const std::string& picture);
     /// Status of every job of the picture, by key.
     [[nodiscard]] std::map<std::string, JobStatus> jobs_of(const std::string& picture);
     /// Jobs with the least MEMD* of each model, metric and marginals of the picture whose textures are not in

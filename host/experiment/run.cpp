@@ -16,6 +16,7 @@
 #include "host/experiment/ledger.hpp"
 #include "host/experiment/messages.hpp"
 #include "host/experiment/picture_work.hpp"
+#include "host/experiment/set_pictures.hpp"
 
 namespace btfield {
 
@@ -65,7 +66,7 @@ class Head {
           options_(options),
           textures_(texture_folder(options)),
           ranks_(options.ranks != nullptr && options.ranks->size() > 1 ? options.ranks : nullptr),
-          ledger_(config, database, options,
+          ledger_(config, database, options, sets_,
                   thread_count(options) * (ranks_ != nullptr ? ranks_->size() : 1)) {}
 
     ExperimentResult run() {
@@ -115,7 +116,7 @@ class Head {
 
     void work() {
         try {
-            PictureWork work(config_, options_.device, textures_);
+            PictureWork work(config_, options_.device, textures_, sets_);
             while (const std::optional<WorkUnit> unit = ledger_.wait_for_next()) {
                 work.run(
                     *unit, [this](const WorkReport& report) { ledger_.take(report); },
@@ -192,6 +193,7 @@ class Head {
     const ExperimentRunOptions& options_;
     const std::filesystem::path textures_;
     ExperimentRanks* ranks_;
+    OpenSets sets_;
     Ledger ledger_;
     std::atomic<int> active_{0};  ///< own threads
     int away_ = 0;                ///< other ranks
@@ -259,7 +261,7 @@ class Hand {
 
     void work(int thread) {
         try {
-            PictureWork work(config_, options_.device, textures_);
+            PictureWork work(config_, options_.device, textures_, sets_);
             while (!wants_to_stop()) {
                 const std::optional<WorkUnit> unit = ask(thread);
                 if (!unit) break;
@@ -334,6 +336,7 @@ class Hand {
     ExperimentRanks& ranks_;
     ExperimentConfig config_;
     std::filesystem::path textures_;
+    OpenSets sets_;
     std::atomic<int> active_{0};
     std::atomic<bool> stopping_{false};
     std::mutex mutex_;

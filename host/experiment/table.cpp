@@ -7,11 +7,13 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "btfield/criteria.hpp"
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/results_database.hpp"
 #include "host/experiment/scope.hpp"
@@ -30,9 +32,15 @@ struct Axis {
 };
 using Variant = std::array<std::string, Axis::count>;
 
+/// The best texture of a picture.
+struct Best {
+    double memd = nan;       ///< MEMD*, percent
+    double std_ratio = nan;  ///< to the picture
+};
+
 struct Material {
-    std::map<std::string, std::map<std::string, double>> best;  ///< of model, of picture
-    std::map<std::string, double> kappa;                        ///< of picture
+    std::map<std::string, std::map<std::string, Best>> best;  ///< of model, of picture
+    std::map<std::string, double> kappa;                      ///< of picture
 };
 
 /// Jobs whose reasons differ in numbers alone.
@@ -49,11 +57,18 @@ struct Contents {
     std::array<std::set<std::string>, Axis::count> values;           ///< of the jobs
 };
 
+/// What a picture is called, and where it is seen and lit from.
+struct Named {
+    std::string name;
+    std::optional<ExperimentDirections> directions;
+};
+
 /// The pictures of a configuration.
 struct Pictures {
-    std::map<std::string, std::set<std::string>> of;                  ///< material
-    std::map<std::string, std::map<std::string, double>> kappa;       ///< of material, of picture
-    std::map<std::string, std::map<std::string, std::string>> names;  ///< of material, of picture
+    std::map<std::string, std::set<std::string>> of;             ///< material
+    std::map<std::string, std::map<std::string, double>> kappa;  ///< of material, of picture
+    /// Of material, of picture: one, or all directions that look the same.
+    std::map<std::string, std::map<std::string, std::vector<Named>>> names;
     std::set<std::string> all;
 };
 
@@ -101,9 +116,9 @@ ExperimentTable::Colour colour_of(const Material& material) {
         const std::optional<ModelKind> field = find_value<ModelKind>(model);
         if (!field) continue;
         auto& least = is_2d(*field) ? flat : full;
-        for (const auto& [picture, value] : pictures) {
-            const auto [place, added] = least.emplace(picture, value);
-            if (!added) place->second = std::min(place->second, value);
+        for (const auto& [picture, best] : pictures) {
+            const auto [place, added] = least.emplace(picture, best.memd);
+            if (!added) place->second = std::min(place->second, best.memd);
         }
     }
     std::vector<double> flat_values, full_values;  // of pictures that have both
@@ -178,9 +193,9 @@ ExperimentTable::Row row_of(const std::string& model, const std::map<std::string
         std::vector<double> values;
         const auto found = entry.second.best.find(model);
         if (found != entry.second.best.end()) {
-            for (const auto& [picture, value] : found->second) {
-                values.push_back(value);
-                all.emplace(picture, value);
+            for (const auto& [picture, best] : found->second) {
+                values.push_back(best.memd);
+                all.emplace(picture, best.memd);
             }
         }
         row.materials.push_back(cell_of(values));
@@ -206,6 +221,19 @@ std::vector<ExperimentTable::Reason> reasons_of(const Contents& contents) {
     return all;
 }
 
+/// Names in their order, directions of a set view by view.
+bool row_less(const ExperimentTable::PictureRow& a, const ExperimentTable::PictureRow& b) {
+    const auto place = [](const ExperimentTable::PictureRow& row) {
+        // The name of a set is before that of the view.
+        const bool has = row.directions.has_value();
+        const ExperimentDirections at = row.directions.value_or(ExperimentDirections{});
+        return std::tuple(has ? row.picture.substr(0, row.picture.rfind(" view ")) : row.picture,
+                          at.view.theta, at.view.phi, at.light.theta, at.light.phi);
+    };
+    const auto first = place(a), second = place(b);
+    return first != second ? first < second : a.picture < b.picture;
+}
+
 /// Of a table whose other rows are there.
 std::vector<ExperimentTable::PictureRow> picture_rows_of(const ExperimentTable& table,
                                                          const std::map<std::string, Material>& materials,
@@ -213,9 +241,8 @@ std::vector<ExperimentTable::PictureRow> picture_rows_of(const ExperimentTable& 
     std::vector<ExperimentTable::PictureRow> rows;
     for (const auto& [material, names] : pictures.names) {
         const std::size_t first = rows.size();
-        for (const auto& [picture, name] : names) {
-            ExperimentTable::PictureRow& row = rows.emplace_back();
-            row.picture = name;
+        for (const auto& [picture, named] : names) {
+            ExperimentTable::PictureRow row;
             row.material = material;
             const Material& own = materials.at(material);
             const auto kappa = own.kappa.find(picture);
@@ -223,11 +250,17 @@ std::vector<ExperimentTable::PictureRow> picture_rows_of(const ExperimentTable& 
             for (const ExperimentTable::Row& model : table.rows) {
                 const auto of = own.best.find(model.model);
                 const bool has = of != own.best.end() && of->second.count(picture) != 0;
-                row.best.push_back(has ? of->second.at(picture) : nan);
+                const Best best = has ? of->second.at(picture) : Best{};
+                row.best.push_back(best.memd);
+                row.std_ratio.push_back(best.std_ratio);
+            }
+            for (const Named& one : named) {
+                row.picture = one.name;
+                row.directions = one.directions;
+                rows.push_back(row);
             }
         }
-        std::sort(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(),
-                  [](const auto& a, const auto& b) { return a.picture < b.picture; });
+        std::sort(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(), row_less);
     }
     return rows;
 }
@@ -273,15 +306,27 @@ ExperimentTable table_of(const Variant& variant, const Contents& contents, const
 /// Of the scope that was entered.
 Pictures pictures_of(Connection& connection) {
     Pictures pictures;
-    Statement query(connection, R"sql(
-        SELECT DISTINCT material, scope_places.picture, kappa, name, crop FROM scope_places
-        LEFT JOIN main.pictures ON main.pictures.picture = scope_places.picture)sql");
+    const bool has_directions =
+        connection.number("SELECT count(*) FROM sqlite_schema WHERE name = 'directions'") > 0;
+    Statement query(
+        connection,
+        std::string("SELECT DISTINCT material, places.picture, kappa, places.name, places.crop, ") +
+            (has_directions ? "view_theta, view_phi, light_theta, light_phi" : "NULL, NULL, NULL, NULL") +
+            " FROM scope_places AS places"
+            " LEFT JOIN main.pictures ON main.pictures.picture = places.picture" +
+            (has_directions ? " LEFT JOIN main.directions AS directions ON (directions.folder, "
+                              "directions.name, directions.crop) = (places.folder, places.name, places.crop)"
+                            : ""));
     while (query.step()) {
         pictures.of[query.text(0)].insert(query.text(1));
         pictures.all.insert(query.text(1));
         const std::string crop = query.text(4);
-        std::string& called = pictures.names[query.text(0)][query.text(1)];
-        if (called.empty()) called = query.text(3) + (crop.empty() ? "" : " [" + crop + "]");
+        Named named{query.text(3) + (crop.empty() ? "" : " [" + crop + "]"), {}};
+        if (!query.is_null(5))
+            named.directions = {{from_degrees(query.real(5)), from_degrees(query.real(6))},
+                                {from_degrees(query.real(7)), from_degrees(query.real(8))}};
+        std::vector<Named>& known = pictures.names[query.text(0)][query.text(1)];
+        if (known.empty() || named.directions) known.push_back(std::move(named));
         if (!query.is_null(2)) pictures.kappa[query.text(0)][query.text(1)] = query.real(2);
     }
     return pictures;
@@ -295,15 +340,17 @@ class Reading {
     [[nodiscard]] std::map<Variant, Contents> contents(Connection& connection) const {
         std::map<Variant, Contents> contents;
         Statement best(connection, R"sql(
-            SELECT metric, marginals, noise, gains, estimator, model, material, scope_jobs.picture, min(memd_star)
+            SELECT metric, marginals, noise, gains, estimator, model, material, scope_jobs.picture, min(memd_star),
+                   variance_ratio
             FROM scope_jobs JOIN (SELECT DISTINCT material, picture FROM scope_places) AS places
                 ON places.picture = scope_jobs.picture
             GROUP BY metric, marginals, noise, gains, estimator, model, material, scope_jobs.picture)sql");
         while (best.step()) {
             auto& models = place(best, contents).materials[best.text(6)].best[best.text(5)];
             if (best.is_null(8)) continue;
-            const auto [at, added] = models.emplace(best.text(7), best.real(8));
-            if (!added) at->second = std::min(at->second, best.real(8));
+            const Best one{best.real(8), std::sqrt(best.real(9))};  // of the row with the minimum
+            const auto [at, added] = models.emplace(best.text(7), one);
+            if (!added && one.memd < at->second.memd) at->second = one;
         }
         Statement count(connection, R"sql(
             SELECT metric, marginals, noise, gains, estimator, model, status, count(*) FROM scope_jobs

@@ -11,6 +11,7 @@
 
 #include "host/base/text.hpp"
 #include "host/base/text_table.hpp"
+#include "host/experiment/angles.hpp"
 #include "host/model/model_names.hpp"
 
 namespace btfield {
@@ -24,15 +25,28 @@ std::string formatted(const char* format, double value) {
     return text.data();
 }
 
-/// Pictures one by one: the head, and a row for each.
+/// Whether some picture is one of a BTF.
+bool has_directions(const ExperimentTable& table) {
+    return std::ranges::any_of(table.picture_rows,
+                               [](const auto& row) { return row.directions.has_value(); });
+}
+
+/// Pictures one by one: the head, and a row for each. Of BTFs the ratios of standard deviations too.
 std::vector<std::vector<std::string>> picture_cells(const ExperimentTable& table) {
     std::vector<std::vector<std::string>> rows;
     if (table.picture_rows.empty()) return rows;
+    const bool ratios = has_directions(table);
     rows.push_back({"picture", "material", "κ(256)"});
     for (const ExperimentTable::Row& row : table.rows) rows.front().push_back(model_title(row.model));
+    if (ratios)
+        for (const ExperimentTable::Row& row : table.rows)
+            rows.front().push_back("std " + model_title(row.model));
     for (const ExperimentTable::PictureRow& row : table.picture_rows) {
         rows.push_back({row.picture, row.material, kappa_text(row.kappa)});
         for (const double best : row.best) rows.back().push_back(percent_text(best));
+        if (!ratios) continue;
+        for (const double ratio : row.std_ratio)
+            rows.back().push_back(std::isfinite(ratio) ? formatted("%.3f", ratio) : "-");
     }
     return rows;
 }
@@ -210,7 +224,20 @@ std::string csv_of(const std::vector<ExperimentTable>& tables) {
         "estimator";
     const bool by_picture =
         std::ranges::any_of(tables, [](const ExperimentTable& table) { return !table.picture_rows.empty(); });
-    text += by_picture ? ",picture\n" : "\n";
+    const bool directed = std::ranges::any_of(tables, has_directions);
+    text += by_picture ? ",picture" : "";
+    text += directed ? ",view_theta,view_phi,light_theta,light_phi,std_ratio\n" : "\n";
+    const auto angle = [](double value) { return formatted("%.7g", in_degrees(value)); };
+    const auto directions = [&](const ExperimentTable::PictureRow& row, std::size_t m) {
+        if (!directed) return std::string();
+        std::string cells = ",,,,";
+        if (row.directions) {
+            const auto& [view, light] = *row.directions;
+            cells = "," + angle(view.theta) + "," + angle(view.phi) + "," + angle(light.theta) + "," +
+                    angle(light.phi);
+        }
+        return cells + "," + csv_number(row.std_ratio[m]);
+    };
     for (const ExperimentTable& table : tables) {
         const std::string start = csv_text(table.metric) + "," + csv_text(table.marginals) + ",";
         const std::string settings = "," + csv_text(table.configuration) + "," + csv_text(table.noise) + "," +
@@ -218,14 +245,14 @@ std::string csv_of(const std::vector<ExperimentTable>& tables) {
         const auto end = [&](const ExperimentTable::Cell& cell, int of) {
             return "," + csv_number(cell.mean) + "," + csv_number(cell.deviation) + "," +
                    std::to_string(cell.pictures) + "," + std::to_string(of) + settings +
-                   (by_picture ? ",\n" : "\n");
+                   (by_picture ? "," : "") + (directed ? ",,,,,\n" : "\n");
         };
         for (const ExperimentTable::PictureRow& row : table.picture_rows)
             for (std::size_t m = 0; m < row.best.size(); ++m)
                 text += start + csv_text(row.material) + "," + csv_number(row.kappa) + ",,," +
                         table.rows[m].model + "," + csv_number(row.best[m]) + ",," +
                         (std::isfinite(row.best[m]) ? "1,1" : "0,1") + settings + "," +
-                        csv_text(row.picture) + "\n";
+                        csv_text(row.picture) + directions(row, m) + "\n";
         for (const ExperimentTable::Row& row : table.rows) {
             for (std::size_t m = 0; m < table.materials.size(); ++m) {
                 const ExperimentTable::Colour& colour = table.colours[m];

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "btfield/compound.hpp"
+#include "btfield/error.hpp"
 #include "btfield/roller.hpp"
 #include "btfield/synthesis.hpp"
+#include "host/experiment/sha256.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -125,6 +129,37 @@ class RollSource final : public TextureSource {
     Roller roller_;
 };
 
+class GrownSource final : public TextureSource {
+  public:
+    GrownSource(GrownBtfs& btfs, const DirectionSource& direction, Size size)
+        : btfs_(btfs), direction_(direction), size_(size), model_(btfs.model(direction)) {}
+
+    void describe(JobResult& result) const override {
+        result.valid = is_valid(model_);
+        result.parameters = parameter_count(model_);
+        std::vector<const TextureModel*> fields;
+        if (const auto* field = std::get_if<TextureModel>(&model_.surface)) fields.push_back(field);
+        if (const auto* compound = std::get_if<CompoundModel>(&model_.surface))
+            for (const CompoundRegion& region : compound->regions) fields.push_back(&region.residual);
+        if (fields.empty()) return;  // the surface's own pixels
+        describe_certificates(fields, result);
+        describe_levels(*fields.front(), result);
+    }
+    void prepare() override {}
+    [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds) override {
+        std::vector<Image> textures;
+        for (const std::uint64_t seed : seeds)
+            textures.push_back(btfs_.grown(size_, seed).picture(direction_.at.view, direction_.true_light));
+        return textures;
+    }
+
+  private:
+    GrownBtfs& btfs_;
+    const DirectionSource& direction_;
+    Size size_;
+    const BtfModel& model_;
+};
+
 FitOptions field_options(ModelKind kind, const ExperimentConfig& config, const JobSettings& settings) {
     FitOptions options;
     options.model = kind;
@@ -151,8 +186,37 @@ CompoundOptions compound_options(const ExperimentConfig& config, const JobSettin
 
 }  // namespace
 
+const BtfModel& GrownBtfs::model(const DirectionSource& direction) {
+    if (model_ && content_ == direction.model_content) return *model_;
+    const std::string what = "the BTF model '" + direction.model.string() + "'";
+    try {
+        if (sha256_of_file(direction.model) != direction.model_content)
+            throw std::runtime_error(what + " changed during the run");
+        BtfModel read = read_btf_model(direction.model);
+        grown_.clear();
+        model_ = std::move(read);
+    } catch (const InputError& error) {
+        throw std::runtime_error(error.what());
+    }
+    content_ = direction.model_content;
+    return *model_;
+}
+
+const BtfSynthesiser& GrownBtfs::grown(Size size, std::uint64_t seed) {
+    constexpr double most_bytes = 1e9;  // of surfaces that are kept
+    if (size != size_) grown_.clear();
+    size_ = size;
+    const auto found = grown_.find(seed);
+    if (found != grown_.end()) return found->second;
+    const double each =
+        sizeof(float) * static_cast<double>(area(size)) * static_cast<double>(model_->planes() + 1);
+    if (static_cast<double>(grown_.size() + 1) * each > most_bytes) grown_.clear();
+    return grown_.try_emplace(seed, device_, *model_, size, seed, allow_invalid_).first->second;
+}
+
 std::unique_ptr<TextureSource> texture_source(Device& device, Analysis& picture,
-                                              const ExperimentConfig& config, const JobSettings& settings) {
+                                              const ExperimentConfig& config, const JobSettings& settings,
+                                              const PictureSource& source, GrownBtfs& btfs) {
     const Image& image = picture.image();
     const Size size = config.size.value_or(image.size());
     if (const std::optional<ModelKind> kind = random_field(settings.model)) {
@@ -163,6 +227,12 @@ std::unique_ptr<TextureSource> texture_source(Device& device, Analysis& picture,
         return std::make_unique<CompoundSource>(
             device, fit_compound(device, image, compound_options(config, settings)), size,
             config.allow_invalid);
+    }
+    if (settings.model == ExperimentModel::btf) {
+        if (!source.direction)
+            throw InputError("show the picture of a BTF model", "the picture is of no BTF",
+                             "use other models");
+        return std::make_unique<GrownSource>(btfs, *source.direction, size);
     }
     return std::make_unique<RollSource>(device, image, size);
 }

@@ -84,12 +84,15 @@ std::string base64(std::string_view bytes) {
 
 std::string thumbnail_uri(const fs::path& picture, const std::optional<Crop>& crop, double white, int side) {
     try {
-        const Image image = read_picture(picture, crop).image;
-        const Size size{std::min(side, image.height()), std::min(side, image.width())};
-        return "data:image/png;base64," + base64(png_bytes(displayed(image.crop(0, 0, size), white)));
+        return thumbnail_uri(read_picture(picture, crop).image, white, side);
     } catch (const InputError&) {
         return {};
     }
+}
+
+std::string thumbnail_uri(const Image& image, double white, int side) {
+    const Size size{std::min(side, image.height()), std::min(side, image.width())};
+    return "data:image/png;base64," + base64(png_bytes(displayed(image.crop(0, 0, size), white)));
 }
 
 }  // namespace btfield::detail

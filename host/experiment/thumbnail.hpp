@@ -17,6 +17,8 @@ namespace btfield::detail {
 [[nodiscard]] std::string thumbnail_uri(const std::filesystem::path& picture, const std::optional<Crop>& crop,
                                         double white, int side);
 
+[[nodiscard]] std::string thumbnail_uri(const Image& image, double white, int side);
+
 [[nodiscard]] std::string base64(std::string_view bytes);
 
 }  // namespace btfield::detail

@@ -73,6 +73,8 @@ struct BtfModel : BtfMeasured {
 
 /// "3d-car", …, "compound", "roll": what grows the surface.
 [[nodiscard]] BTFIELD_API std::string_view surface_name(const BtfModel& model);
+/// Of the surface, a sample's values, and those of the tables.
+[[nodiscard]] BTFIELD_API std::size_t parameter_count(const BtfModel& model);
 /// Whether its certificates hold; a sample has none to fail.
 [[nodiscard]] BTFIELD_API bool is_valid(const BtfModel& model);
 

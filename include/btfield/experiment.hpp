@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "btfield/api.hpp"
+#include "btfield/btf_set.hpp"
 #include "btfield/device.hpp"
 #include "btfield/fit.hpp"
 #include "btfield/image.hpp"
@@ -23,8 +24,8 @@
 
 namespace btfield {
 
-/// What an experiment compares: the ten random fields, in the order of ModelKind, and two that textures may
-/// come from instead.
+/// What an experiment compares: the ten random fields, in the order of ModelKind, and what textures may come
+/// from instead.
 enum class ExperimentModel {
     car2d,
     car3d,
@@ -38,21 +39,46 @@ enum class ExperimentModel {
     pmrf3d,
     compound,  ///< fit_compound() and CompoundSynthesiser
     roll,      ///< Roller::quilt() of the picture itself
+    btf,       ///< BtfSynthesiser of ExperimentBtf::model, seen from the picture's directions
 };
-/// "2d-car", …, "compound", "roll".
+/// "2d-car", …, "compound", "roll", "btf".
 [[nodiscard]] BTFIELD_API std::string_view name(ExperimentModel model);
 [[nodiscard]] BTFIELD_API ExperimentModel experiment_model(ModelKind kind);
 /// Nothing for those that are no random field.
 [[nodiscard]] BTFIELD_API std::optional<ModelKind> random_field(ExperimentModel model);
 
+/// Where a picture of a BTF is seen and lit from.
+struct ExperimentDirections {
+    BtfDirection view, light;
+    friend bool operator==(const ExperimentDirections&, const ExperimentDirections&) = default;
+};
+
+/// A BTF whose pictures are pictures of the experiment, each under its view and its nominal light: linear
+/// light, as BtfSet::picture() gives it.
+struct ExperimentBtf {
+    /// What BtfSet::open() opens, relative to ExperimentConfig::folder.
+    std::string set;
+    /// But for the crop, which is that of ExperimentPictures.
+    BtfOptions reading;
+    /// These pictures of it, each to a tenth of a degree; empty: as `number` says.
+    std::vector<ExperimentDirections> named;
+    /// So many, spread evenly over views and lights; 0: all that there are.
+    int number = 0;
+    std::uint64_t seed = 0;  ///< which of them
+    /// That read_btf_model() reads, relative to ExperimentConfig::folder; for ExperimentModel::btf alone.
+    std::string model;
+};
+
 /// Pictures of one material.
 struct ExperimentPictures {
     std::string material;
     /// Paths and glob patterns (* ? [...]), relative to ExperimentConfig::folder.
-    std::vector<std::string> files;
-    std::optional<Crop> crop;
-    /// Value that is white, 256 units of κ and 255 of MEMD: the white level of HDR pictures.
-    double white = 1.0;
+    std::vector<std::string> files{};
+    std::optional<Crop> crop{};
+    /// Value that is white, 256 units of κ and 255 of MEMD: the white level of HDR pictures. Empty: 1, and of
+    /// a BTF that of the set.
+    std::optional<double> white{};
+    std::optional<ExperimentBtf> btf{};  ///< in place of files
 };
 
 /// What a model has in place of what ExperimentConfig gives to all.
@@ -151,10 +177,11 @@ struct ExperimentResult : ExperimentProgress {
 /// Runs what the database lacks. Rows are committed fit by fit; a run that ends at any moment, by whatever
 /// means, is resumed by the next one, and the rows are the same in the end. Where there are ranks, rank 0
 /// alone opens the database and returns the result of all; other ranks return an empty one.
-/// \throws InputError when a pattern matches nothing, a picture cannot be read or a crop leaves it, a picture
-///     has no room for a number of levels or an order whatever it is combined with, or no device could hold
-///     textures of the size, before any work is done and with nothing added to the database; when another
-///     run writes to the database, the file is no such database, damaged, or cannot be written
+/// \throws InputError when a pattern matches nothing, a picture cannot be read or a crop leaves it, a BTF has
+///     not the directions that are named or a model of it cannot be read, a picture has no room for a number
+///     of levels or an order whatever it is combined with, or too many planes for a model, or no device could
+///     hold textures of the size, before any work is done and with nothing added to the database; when
+///     another run writes to the database, the file is no such database, damaged, or cannot be written
 /// \throws DeviceError when no process can open its device
 BTFIELD_API ExperimentResult run_experiment(const ExperimentConfig& config,
                                             const std::filesystem::path& database,
@@ -204,6 +231,9 @@ struct ExperimentTable {
         std::string picture, material;  ///< name as the configuration leads to it, with its crop
         double kappa = 0.0;             ///< κ(256); NaN where nothing of it was done yet
         std::vector<double> best;       ///< MEMD*, percent, of each of `rows`; NaN without a texture
+        /// Of these textures: standard deviation to the picture's, root mean square over planes.
+        std::vector<double> std_ratio;
+        std::optional<ExperimentDirections> directions;  ///< of a picture of a BTF
     };
     std::string configuration;      ///< name; empty where the database has none
     std::string metric, marginals;  ///< what all jobs of the table have in common
@@ -257,7 +287,7 @@ enum class TableFormat { text, markdown, csv, latex };
                                                     TableFormat format);
 
 /// Writes one HTML page that needs no other file: tables, thumbnails of pictures and best textures, κ, plots
-/// of MEMD* by order and levels.
+/// of MEMD* by order and levels, and of BTFs maps of errors over views and lights.
 /// \param most_pictures that are shown one by one
 /// \param options which tables; pictures and plots are of the configuration asked for
 /// \throws InputError as experiment_tables; when the page cannot be written

@@ -163,6 +163,36 @@ TEST(CliExperiment, CompoundAndRollInTables) {
     EXPECT_TRUE(table["materials"][0]["best_2d"].is_null());
 }
 
+TEST(CliExperiment, PicturesOfABtf) {
+    const TemporaryFolder folder;
+    fs::create_directories(folder / "set");
+    for (const char* name : {"tl000_pl000_tv000_pv000", "tl030_pl090_tv000_pv000", "tl030_pl090_tv045_pv180"})
+        test::write_texture(folder / "set" / (std::string(name) + ".ppm"), 3U + std::string(name).back());
+    test::put_bytes(folder / "e.json", R"({"pictures": [{"material": "m", "btf": "set", "directions": "all"}],
+        "models": ["2d-car"], "orders": [1], "levels": [1]})");
+    const std::string config = (folder / "e.json").string(), database = (folder / "r.db").string();
+    const Ended run = run_program(experiment({"run", config, "--out", database}));
+    ASSERT_EQ(run.code, 0) << run.err;
+    const Ended ended = run_program(experiment({"table", database, "--by", "picture", "--json"}));
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    const json rows = test::parsed(ended.out)["tables"][0]["pictures"];
+    ASSERT_EQ(rows.size(), 3U);
+    EXPECT_EQ(rows[1]["picture"], "set view 0,0 light 30,90");
+    EXPECT_EQ(rows[2]["view"], json::array({45, 180}));
+    EXPECT_EQ(rows[2]["light"], json::array({30, 90}));
+    EXPECT_GT(rows[2]["std_ratio"]["2d-car"], 0.5);
+    fs::remove(folder / "set/tl030_pl090_tv000_pv000.ppm");
+    test::put_bytes(folder / "e.json", R"({"pictures": [{"material": "m", "btf": "set",
+        "directions": [{"view": [0, 0], "light": [30, 90]}]}],
+        "models": ["2d-car"], "orders": [1], "levels": [1]})");
+    const Ended missing = run_program(experiment({"run", config, "--out", (folder / "n.db").string()}));
+    EXPECT_EQ(missing.code, 1);
+    EXPECT_EQ(std::count(missing.err.begin(), missing.err.end(), '\n'), 1) << missing.err;
+    EXPECT_NE(missing.err.find("it has no picture of view 0,0 light 30,90"), std::string::npos)
+        << missing.err;
+    EXPECT_FALSE(fs::exists(folder / "n.db"));
+}
+
 TEST(CliExperiment, WrongUsage) {
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string(), database = (folder / "r.db").string();

@@ -12,6 +12,7 @@
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/experiment_names.hpp"
 #include "host/experiment/jobs.hpp"
+#include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sha256.hpp"
 #include "tests/experiment_cases.hpp"
 #include "tests/json_text.hpp"
@@ -167,6 +168,70 @@ TEST(ExperimentConfig, RefusalsNameThePlace) {
     expect("/pictures/0/files", "a.png", "pictures[0].files is no list");
 }
 
+json good_btf() {
+    json document = good();
+    document["pictures"][0] = test::parsed(R"json({
+        "material": "m", "btf": "set/", "btf_model": "set.btfm", "coding": "gamma", "colour": "xyz",
+        "directions": [{"view": [0, 0], "light": [75.5, -90]}, {"view": [30, 45], "light": [60, 200]}],
+        "pixel_stride": 2, "view_stride": 3, "light_stride": 4, "crop": [1, 2, 3, 4]})json");
+    return document;
+}
+
+TEST(ExperimentConfig, EveryKeyOfABtfArrives) {
+    json document = good_btf();
+    const ExperimentPictures pictures = read(document).pictures.at(0);
+    EXPECT_FALSE(pictures.white.has_value());
+    EXPECT_TRUE(pictures.files.empty());
+    ASSERT_TRUE(pictures.crop.has_value());
+    ASSERT_TRUE(pictures.btf.has_value());
+    const ExperimentBtf& btf = *pictures.btf;
+    EXPECT_EQ(btf.set, "set/");
+    EXPECT_EQ(btf.model, "set.btfm");
+    EXPECT_EQ(btf.reading.coding, BtfCoding::gamma);
+    EXPECT_EQ(btf.reading.space, ColourSpace::xyz);
+    EXPECT_EQ(btf.reading.pixel_stride, 2);
+    EXPECT_EQ(btf.reading.view_stride, 3);
+    EXPECT_EQ(btf.reading.light_stride, 4);
+    ASSERT_EQ(btf.named.size(), 2U);
+    EXPECT_EQ(directions_text(btf.named[0]), "view 0,0 light 75.5,270");
+    EXPECT_EQ(directions_text(btf.named[1]), "view 30,45 light 60,200");
+    document["pictures"][0]["directions"] = {{"number", 30}, {"seed", 7}};
+    EXPECT_EQ(read(document).pictures.at(0).btf->number, 30);
+    EXPECT_EQ(read(document).pictures.at(0).btf->seed, 7U);
+    document["pictures"][0]["directions"] = "all";
+    EXPECT_EQ(read(document).pictures.at(0).btf->number, 0);
+    EXPECT_TRUE(read(document).pictures.at(0).btf->named.empty());
+}
+
+TEST(ExperimentConfig, RefusalsOfBtfsNameThePlace) {
+    const auto expect = [](const char* pointer, const json& value, const std::string& part) {
+        json document = good_btf();
+        document[json::json_pointer(pointer)] = value;
+        const std::string said = refusal(document);
+        EXPECT_NE(said.find(part), std::string::npos) << pointer << " = " << value << ": " << said;
+    };
+    expect("/pictures/0/files", json::array({"a.png"}), "pictures[0] has both 'files' and 'btf'");
+    expect("/pictures/0/btf", "", "pictures[0].btf is no text");
+    expect("/pictures/0/directions", "some", "pictures[0].directions is neither \"all\", nor");
+    expect("/pictures/0/directions", {{"seed", 1}}, "pictures[0].directions lacks the key 'number'");
+    expect("/pictures/0/directions", {{"number", 0}}, "pictures[0].directions.number is 0");
+    expect("/pictures/0/directions/1", {{"view", json::array({0, 0})}},
+           "pictures[0].directions[1] lacks the key 'light'");
+    expect("/pictures/0/directions/1/view", json::array({90, 0}),
+           "directions[1].view is not above the surface");
+    expect("/pictures/0/directions/1/view", json::array({30}), "directions[1].view is not [theta, phi]");
+    expect("/pictures/0/directions/0", {{"view", json::array({30, 45})}, {"light", json::array({60, 200})}},
+           "pictures[0].directions[1] repeats");
+    expect("/pictures/0/coding", "best", "pictures[0].coding");
+    expect("/pictures/0/pixel_stride", 0, "pictures[0].pixel_stride");
+    json document = good_btf();
+    document["pictures"][0].erase("directions");
+    EXPECT_NE(refusal(document).find("pictures[0] lacks the key 'directions'"), std::string::npos);
+    document = good();
+    document["pictures"][0]["view_stride"] = 2;
+    EXPECT_NE(refusal(document).find("pictures[0].view_stride is read of a 'btf' alone"), std::string::npos);
+}
+
 TEST(ExperimentConfig, KeysThatMustBeThere) {
     for (const char* key : {"pictures", "models", "orders", "levels"}) {
         json document = good();
@@ -250,11 +315,13 @@ TEST(ExperimentConfig, ConfigurationsOfP4) {
     for (const ExperimentConfig& config : {letter, improved}) {
         EXPECT_EQ(config.values, MeasuredValues::eight_bit);
         EXPECT_EQ(job_settings(config).size(), 10U * 8U * 3U);
-        const std::vector<PictureSource> sources = picture_sources(config);
+        OpenSets sets;
+        const std::vector<PictureSource> sources = picture_sources(config, sets);
         EXPECT_EQ(sources.size(), 11U);
         EXPECT_NO_THROW(check_room(
-            config, sources,
-            check_pictures(sources, [](const std::string&) -> std::optional<Size> { return std::nullopt; })));
+            config, sources, check_pictures(sources, [](const std::string&) -> std::optional<PictureShape> {
+                return std::nullopt;
+            })));
     }
     EXPECT_EQ(job_settings(read_experiment(docs + "p4-table-1-marginals.json")).size(), 2U * 10U * 3U);
 }
@@ -341,8 +408,9 @@ TEST(ExperimentConfig, JobsOfOneFitFollowEachOtherAndNoneIsThereTwice) {
     ExperimentConfig config = read(good());
     config.models = every_model();
     const std::vector<JobSettings> jobs = job_settings(config);
-    // Each model with each estimator, but for CAR, MA and compound, which have one; a roll for each seed.
-    EXPECT_EQ(jobs.size(), (6U * 3U + 5U) * 2U * 2U * 2U * 2U + 2U);
+    // Each model with each estimator, but for CAR, MA and compound, which have one; a roll and a
+    // surface of BTF models for each seed.
+    EXPECT_EQ(jobs.size(), (6U * 3U + 5U) * 2U * 2U * 2U * 2U + 4U);
     std::set<std::string> texts;
     for (std::size_t i = 0; i < jobs.size(); ++i) {
         EXPECT_TRUE(texts.insert(settings_text(config, jobs[i])).second);
@@ -363,19 +431,20 @@ TEST(ExperimentConfig, PicturesArePatternsOfTheFolder) {
     ExperimentConfig config = read(good());
     config.folder = folder / "odd [1]*";
     config.pictures = {{"m", {"?.ppm"}, {}, 1.0}};
-    const std::vector<PictureSource> sources = picture_sources(config);
+    OpenSets sets;
+    const std::vector<PictureSource> sources = picture_sources(config, sets);
     ASSERT_EQ(sources.size(), 2U);
     EXPECT_EQ(sources[0].name, "a.ppm");
     EXPECT_EQ(sources[1].name, "b.ppm");
     EXPECT_NE(sources[0].picture, sources[1].picture);
     config.pictures[0].white = 2.0;
-    EXPECT_NE(picture_sources(config)[0].picture, sources[0].picture);
-    EXPECT_EQ(picture_sources(config)[0].content, sources[0].content);
+    EXPECT_NE(picture_sources(config, sets)[0].picture, sources[0].picture);
+    EXPECT_EQ(picture_sources(config, sets)[0].content, sources[0].content);
 
     config.pictures = {{"m", {"a.ppm", "?.ppm"}, {}, 1.0}};
-    EXPECT_THROW(static_cast<void>(picture_sources(config)), InputError);
+    EXPECT_THROW(static_cast<void>(picture_sources(config, sets)), InputError);
     config.pictures = {{"m", {"*.png"}, {}, 1.0}};
-    EXPECT_THROW(static_cast<void>(picture_sources(config)), InputError);
+    EXPECT_THROW(static_cast<void>(picture_sources(config, sets)), InputError);
 }
 
 }  // namespace
