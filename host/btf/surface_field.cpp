@@ -28,6 +28,8 @@ template <class... Kinds>
 struct Overloaded : Kinds... {
     using Kinds::operator()...;
 };
+template <class... Kinds>
+Overloaded(Kinds...) -> Overloaded<Kinds...>;
 
 /// Planes T with mean 0 and covariance 1 over the surface, as those have that the weights were fitted to:
 /// without it, how bright a piece is would depend on the stones that happen to lie in it.

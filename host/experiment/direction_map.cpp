@@ -153,6 +153,7 @@ template <class Value>
 std::vector<DirectedValue> values_of_rows(const std::vector<const ExperimentTable::PictureRow*>& rows,
                                           const Value& value) {
     std::vector<DirectedValue> values;
+    values.reserve(rows.size());
     for (const ExperimentTable::PictureRow* row : rows) values.push_back({*row->directions, value(*row)});
     return values;
 }
