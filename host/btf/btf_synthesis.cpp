@@ -1,4 +1,6 @@
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -7,6 +9,7 @@
 #include "host/base/text.hpp"
 #include "host/btf/direction_grid.hpp"
 #include "host/btf/direction_table.hpp"
+#include "host/btf/seen_planes.hpp"
 #include "host/btf/surface_field.hpp"
 #include "host/btf/surface_view.hpp"
 
@@ -27,7 +30,8 @@ void check_direction(const BtfDirection& direction, const char* what) {
 class BtfSynthesiser::Impl {
   public:
     Impl(Device& device, const BtfModel& model, GrownSurface grown)
-        : model_(model),
+        : device_(&device.impl()),
+          model_(model),
           grown_(std::move(grown)),
           table_(model_),
           view_(device.impl(), grown_.surface, model.colours) {}
@@ -41,13 +45,26 @@ class BtfSynthesiser::Impl {
         return image;
     }
     [[nodiscard]] const GrownSurface& grown() const { return grown_; }
+    [[nodiscard]] const SeenPlanes& planes() const {
+        std::call_once(seeing_, [this] {
+            planes_ = std::make_unique<SeenPlanes>(*device_, grown_.surface, steepest_view(model_));
+        });
+        return *planes_;
+    }
 
   private:
+    DeviceImpl* device_;
     BtfModel model_;
     GrownSurface grown_;
     DirectionTable table_;
     SurfaceView view_;
+    mutable std::once_flag seeing_;
+    mutable std::unique_ptr<SeenPlanes> planes_;  ///< made when they are asked for
 };
+
+const SeenPlanes& detail::seen_planes(const BtfSynthesiser& grown) {
+    return grown.impl_->planes();
+}
 
 BtfSynthesiser::BtfSynthesiser(Device& device, const BtfModel& model, Size size, std::uint64_t seed,
                                bool allow_invalid) {

@@ -4,13 +4,9 @@
 #include <cmath>
 #include <span>
 
-#include "host/btf/spread_pixels.hpp"
-
 namespace btfield::detail {
 namespace {
 
-/// Pixels that tell the moments of sums of planes.
-constexpr std::size_t sampled_pixels = 4096;
 /// Contrasts from a quarter of 2 |U| to four times it.
 const double contrast_unit = std::log(4.0) / 127.0;
 
@@ -35,6 +31,10 @@ std::vector<DirectionPair> direction_pairs(const BtfMeasured& model) {
     return pairs;
 }
 
+double steepest_view(const BtfMeasured& model) {
+    return DirectionPoints(direction_pairs(model)).steepest_view();
+}
+
 MeasuredDirections::MeasuredDirections(const BtfMeasured& model)
     : white_(model.white), pairs_(direction_pairs(model)), points_(pairs_) {}
 
@@ -55,61 +55,8 @@ std::vector<double> MeasuredDirections::light(const std::vector<PairWeight>& of,
     return result;
 }
 
-SampledPlanes::SampledPlanes(const Image& surface) : planes_(static_cast<std::size_t>(surface.planes() - 1)) {
-    for (const std::size_t pixel : spread_pixels(area(surface.size()), sampled_pixels))
-        for (std::size_t k = 0; k < planes_; ++k)
-            values_.push_back(surface.plane(static_cast<int>(k) + 1)[pixel]);
-}
-
-PlaneMoments SampledPlanes::moments(std::span<const double> weights) const {
-    std::vector<double> sums(values_.size() / planes_);
-    for (std::size_t p = 0; p < sums.size(); ++p)
-        for (std::size_t k = 0; k < planes_; ++k)
-            sums[p] += weights[k] * static_cast<double>(values_[p * planes_ + k]);
-    return plane_moments(std::span<const double>(sums));
-}
-
-PlaneTone plane_tone(const PlaneMoments& moments, double contrast) {
-    if (!(moments.deviation > 0.0)) return {};
-    const double y = depth_of_contrast(contrast, moments.skewness, moments.kurtosis);
-    const double root = 1.0 / std::sqrt(1.0 + y * y), slope = root * y / moments.deviation;
-    return {root - slope * moments.mean, slope};
-}
-
-DirectionTable::DirectionTable(const BtfModel& model, const Image* surface)
-    : model_(&model), measured_(model), kept_(kept_pairs(model)) {
-    if (surface != nullptr) planes_.emplace(*surface);
-}
-
-double depth_of_contrast(double contrast, double skewness, double kurtosis) {
-    if (!(contrast > 0.0)) return 0.0;
-    // E z⁴ / (E z²)², which is 1 + contrast².
-    const double asked = 1.0 + contrast * contrast;
-    const auto reached = [&](double y) {
-        const double yy = y * y, second = 1.0 + yy;
-        return (1.0 + 6.0 * yy + 4.0 * skewness * yy * y + kurtosis * yy * yy) / (second * second);
-    };
-    // Of skewed planes it may fall again: the first y that has it, in steps of a few percent.
-    constexpr double step = 1.05, least = 1e-4, most = 20.0;
-    double below = 0.0, best = 0.0, largest = 1.0;
-    for (double y = least; y < most; y *= step) {
-        const double found = reached(y);
-        if (found >= asked) {
-            double above = y;
-            for (int i = 0; i < 40; ++i) {
-                const double middle = 0.5 * (below + above);
-                (reached(middle) < asked ? below : above) = middle;
-            }
-            return 0.5 * (below + above);
-        }
-        if (found > largest) {
-            largest = found;
-            best = y;
-        }
-        below = y;
-    }
-    return best;
-}
+DirectionTable::DirectionTable(const BtfModel& model, const SeenPlanes* seen)
+    : model_(&model), measured_(model), kept_(kept_pairs(model)), seen_(seen) {}
 
 std::int8_t kept_contrast(double contrast, double length) {
     if (!(contrast > 0.0) || !(length > 0.0)) return 0;
@@ -132,8 +79,8 @@ PictureWeights DirectionTable::weights(const BtfDirection& view, const BtfDirect
         for (const double weight : own) squares += weight * weight;
         const double length = std::sqrt(squares);
         result.contrast[c] = 2.0 * length * std::exp(result.contrast[c]);
-        const PlaneTone tone = plane_tone(planes_ ? planes_->moments(own) : PlaneMoments{.deviation = length},
-                                          result.contrast[c]);
+        const PlaneTone tone = seen_ != nullptr ? seen_->tone(view, own, result.contrast[c])
+                                                : normal_.tone(result.contrast[c], 0.0, length);
         result.offsets[c] = tone.offset;
         for (double& weight : own) weight *= tone.slope;
     }

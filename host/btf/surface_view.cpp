@@ -18,10 +18,6 @@ Image first_plane(const Image& image) {
     return plane;
 }
 
-PlaneTone tone_of(std::span<const float> values, double contrast) {
-    return plane_tone(plane_moments(values), contrast);
-}
-
 }  // namespace
 
 std::vector<float> planes_by_pixel(const Image& surface, int padded) {
@@ -86,27 +82,16 @@ Image SurfaceView::picture(const std::array<double, 3>& view, const PictureWeigh
     Image image = weighted(view, weights);
     for (int c = 0; c < colours_; ++c) {
         const auto colour = static_cast<std::size_t>(c);
-        const PlaneTone tone = tone_of(image.plane(c), weights.contrast[colour]);
+        const PlaneTone tone = PlaneDistribution(image.plane(c)).tone(weights.contrast[colour]);
         const auto root = std::sqrt(weights.mean[colour]);
         const auto offset = static_cast<float>(root * tone.offset),
                    slope = static_cast<float>(root * tone.slope);
         for (float& value : image.plane(c)) {
-            const float z = offset + slope * value;
+            const float z = std::max(0.0F, offset + slope * value);
             value = z * z;
         }
     }
     return image;
-}
-
-PictureWeights SurfaceView::toned(const std::array<double, 3>& view, PictureWeights weights) const {
-    const Image image = weighted(view, weights);
-    const auto planes = static_cast<std::size_t>(planes_);
-    for (std::size_t c = 0; c < static_cast<std::size_t>(colours_); ++c) {
-        const PlaneTone tone = tone_of(image.plane(static_cast<int>(c)), weights.contrast[c]);
-        weights.offsets[c] = tone.offset;
-        for (std::size_t k = 0; k < planes; ++k) weights.weights[c * planes + k] *= tone.slope;
-    }
-    return weights;
 }
 
 }  // namespace btfield::detail

@@ -27,9 +27,6 @@ class SurfaceView {
     /// contrast.
     [[nodiscard]] Image picture(const std::array<double, 3>& view, const PictureWeights& weights) const;
 
-    /// Weights that make this picture of the planes.
-    [[nodiscard]] PictureWeights toned(const std::array<double, 3>& view, PictureWeights weights) const;
-
   private:
     /// Σ_k weight_k T_k where the view shows it.
     [[nodiscard]] Image weighted(const std::array<double, 3>& view, const PictureWeights& weights) const;

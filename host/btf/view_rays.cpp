@@ -36,22 +36,24 @@ RelievedSurface::RelievedSurface(DeviceImpl& device, const Image& height)
     highest_ = *highest;
 }
 
-DeviceRays RelievedSurface::device_rays(const std::array<double, 3>& view) const {
-    const std::size_t bytes = sizeof(float) * area(size_);
+DeviceRays RelievedSurface::device_rays(const std::array<double, 3>& view, int step) const {
+    const Size seen{(size_.height + step - 1) / step, size_.width};
+    const std::size_t bytes = sizeof(float) * area(seen);
     DeviceRays rays{device_->buffer(bytes), device_->buffer(bytes)};
     device_->launch(device_->kernel("view_rays", "meet_relief", BuildParameters()),
-                    {static_cast<std::size_t>(size_.width), static_cast<std::size_t>(size_.height)},
+                    {static_cast<std::size_t>(seen.width), static_cast<std::size_t>(seen.height)},
                     Grain::fine, height_, static_cast<float>(view[0]), static_cast<float>(view[1]),
-                    static_cast<float>(view[2]), lowest_, highest_, rays.x, rays.y, size_.width,
-                    size_.height);
+                    static_cast<float>(view[2]), lowest_, highest_, rays.x, rays.y, size_.width, size_.height,
+                    step);
     return rays;
 }
 
-ViewRays RelievedSurface::rays(const std::array<double, 3>& view) const {
-    const DeviceRays rays = device_rays(view);
-    ViewRays result{size_, std::vector<float>(area(size_)), std::vector<float>(area(size_))};
-    device_->read(rays.x, result.columns.data(), sizeof(float) * area(size_));
-    device_->read(rays.y, result.rows.data(), sizeof(float) * area(size_));
+ViewRays RelievedSurface::rays(const std::array<double, 3>& view, int step) const {
+    const DeviceRays rays = device_rays(view, step);
+    const Size seen{(size_.height + step - 1) / step, size_.width};
+    ViewRays result{seen, std::vector<float>(area(seen)), std::vector<float>(area(seen))};
+    device_->read(rays.x, result.columns.data(), sizeof(float) * area(seen));
+    device_->read(rays.y, result.rows.data(), sizeof(float) * area(seen));
     return result;
 }
 

@@ -30,8 +30,9 @@ class RelievedSurface {
     /// \param height  one plane in pixels, 0 the plane of the pictures; it continues as a torus
     RelievedSurface(DeviceImpl& device, const Image& height);
     /// \param view  unit vector to the viewer, x right, y up, z above 0
-    [[nodiscard]] ViewRays rays(const std::array<double, 3>& view) const;
-    [[nodiscard]] DeviceRays device_rays(const std::array<double, 3>& view) const;
+    /// \param step  n: of every n-th row, from the first on
+    [[nodiscard]] ViewRays rays(const std::array<double, 3>& view, int step = 1) const;
+    [[nodiscard]] DeviceRays device_rays(const std::array<double, 3>& view, int step = 1) const;
     [[nodiscard]] Size size() const { return size_; }
 
   private:

@@ -160,6 +160,7 @@ void run_fit(const BtfFitArguments& given) {
     if (options.height_scale && options.height.empty()) throw UsageError("--height-scale goes with --height");
     RunFiles files(options.overwrite, options.json);
     if (!options.height.empty()) files.reads(options.height, "that is the height");
+    check_outside("write the model '" + options.output + "'", options.output, options.set);
     files.writes_model(options.output);
     BtfSet set = open_told(options.set, options.reading);
     if (!options.height.empty()) options.fit.height = read_height(options);

@@ -153,6 +153,7 @@ void run_textures_fit(const TexturesFitArguments& given) {
     const Stopwatch total;
     TexturesFitArguments options = given;
     RunFiles files(options.overwrite, options.json);
+    check_outside("write the model '" + options.output + "'", options.output, options.set);
     files.writes_model(options.output);
     if (options.fit.method == BtfMethod::each && !is_standard_output(options.output)) {
         options.fit.part = options.output + ".part";

@@ -33,6 +33,8 @@ namespace fs = std::filesystem;
 using std::size_t;
 
 constexpr const char* asked_make = "make a BTF";
+/// Between directions: files tell whole degrees.
+constexpr double least_apart = 0.51 * std::numbers::pi / 180.0;
 
 struct MakeArguments {
     std::vector<std::string> maps;
@@ -217,8 +219,16 @@ void read_directions(const std::string& file, MadeBtfOptions& options) {
         const std::optional<BtfDirection> direction = parse_direction(first + "," + second);
         if (!direction || line >> more)
             refuse_line(file, number, "'" + detail::valid_utf8(text) + "' is no direction");
-        if (word != "light") options.views.push_back(*direction);
-        if (word != "view") options.lights.push_back(*direction);
+        const auto add = [&](std::vector<BtfDirection>& to) {
+            // Sets that are read take those for one.
+            for (const BtfDirection& other : to)
+                if (angle_between(other, *direction) < least_apart)
+                    refuse_line(file, number,
+                                "'" + detail::valid_utf8(text) + "' is as good as one before it");
+            to.push_back(*direction);
+        };
+        if (word != "light") add(options.views);
+        if (word != "view") add(options.lights);
     }
     if (options.views.empty() || options.lights.empty())
         throw InputError("read the directions '" + file + "'", "there is no view or no light", "add some");
@@ -250,7 +260,10 @@ void run_make(const MakeArguments& given) {
     Device device(options.device);
     const MadeFrom from = material_of(device, options, std::move(maps));
     const BtfSet set = make_btf(device, from.material, options.made);
-    check_btf_writing(options.writing, options.maps, set.description());
+    std::vector<std::string> inputs = options.maps;
+    std::error_code error;
+    if (std::filesystem::exists(options.directions, error)) inputs.push_back(options.directions);
+    check_btf_writing(options.writing, inputs, set.description());
     const double set_up = total.seconds();
     const Stopwatch writing;
     const BtfWriteReport report = write_told(options.writing, set);

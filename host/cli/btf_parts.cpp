@@ -132,6 +132,24 @@ void add_btf_writing(CLI::App& app, BtfWritingArguments& arguments) {
                  "write into a folder that is not empty, and replace what has the same names");
 }
 
+namespace {
+
+/// Whether it is `folder`, or in it.
+bool lies_in(const fs::path& place, const fs::path& folder) {
+    return std::mismatch(folder.begin(), folder.end(), place.begin(), place.end()).first == folder.end();
+}
+
+}  // namespace
+
+void check_outside(const std::string& asked, const std::string& output, const std::string& input) {
+    std::error_code error;
+    const fs::path to = fs::weakly_canonical(output, error), from = fs::weakly_canonical(input, error);
+    if (to == from || fs::equivalent(output, input, error))
+        throw InputError(asked, "that is the input", "give the output another name");
+    if (lies_in(to, from))
+        throw InputError(asked, "it lies in the input '" + input + "'", "choose a place outside");
+}
+
 void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::string>& inputs,
                        const BtfDescription& set) {
     const std::string asked = "write the BTF '" + arguments.output + "'";
@@ -139,11 +157,9 @@ void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::st
     std::error_code error;
     const fs::path output = fs::weakly_canonical(arguments.output, error);
     for (const std::string& input : inputs) {
-        const fs::path place = fs::weakly_canonical(input, error);
-        if (place == output) throw InputError(asked, "that is the input", "give the output another name");
-        const auto [inside, rest] = std::mismatch(place.begin(), place.end(), output.begin(), output.end());
-        if (inside == place.end())
-            throw InputError(asked, "it lies in the input '" + input + "'", "choose a place outside");
+        check_outside(asked, arguments.output, input);
+        if (lies_in(fs::weakly_canonical(input, error), output))
+            throw InputError(asked, "the input '" + input + "' lies in it", "choose another place");
     }
     if (fs::is_directory(arguments.output, error) && !fs::is_empty(arguments.output, error) &&
         !arguments.overwrite)

@@ -39,6 +39,9 @@ void add_btf_reading(CLI::App& app, BtfOptions& options);
 /// "THETA,PHI" in degrees, as --view and --light have them: theta from 0, below 90.
 [[nodiscard]] std::optional<BtfDirection> parse_direction(const std::string& text);
 
+/// \throws InputError when the output is the input, by whatever name, or lies in it
+void check_outside(const std::string& asked, const std::string& output, const std::string& input);
+
 /// What commands that write a set are told.
 struct BtfWritingArguments {
     std::string output;

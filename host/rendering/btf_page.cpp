@@ -208,7 +208,7 @@ std::string btf_page(const BtfModel& model, const BtfSynthesiser& grown, const B
     const Image& surface = grown.surface();
     check_request(model, surface, options);
     const int planes = options.planes == 0 ? model.planes() : options.planes;
-    const DirectionTable table(model, &surface);
+    const DirectionTable table(model, &seen_planes(grown));
     Json told;
     told["title"] = options.title;
     told["size"] = Json::array({surface.width(), surface.height()});

@@ -11,7 +11,7 @@
 #include "host/base/text.hpp"
 #include "host/btf/direction_grid.hpp"
 #include "host/btf/direction_table.hpp"
-#include "host/btf/surface_view.hpp"
+#include "host/btf/seen_planes.hpp"
 #include "host/rendering/lit_shape.hpp"
 #include "host/rendering/lit_table.hpp"
 #include "host/rendering/rendering_names.hpp"
@@ -58,8 +58,8 @@ class BtfRenderer::Impl {
         : model_(model),
           tile_(grown.size()),
           tileable_(grown.tileable()),
-          table_(model_, &grown.surface()),
-          view_(device.impl(), grown.surface(), model.colours),
+          planes_(device.impl(), grown.surface(), steepest_view(model_)),
+          table_(model_, &planes_),
           shape_(device.impl(), grown.surface(), model.colours) {}
 
     [[nodiscard]] Image picture(const BtfScene& scene, const BtfDirection& view,
@@ -70,8 +70,7 @@ class BtfRenderer::Impl {
         const LitView seen{camera_frame(view), light.vector(), table_.measured().steepest_view()};
         Image image;
         if (scene.shape == BtfShape::plane) {
-            image = shape_.plane(scene, seen,
-                                 {1, 1, {view_.toned(view.vector(), lit_weights(table_, view, light))}});
+            image = shape_.plane(scene, seen, {1, 1, {lit_weights(table_, view, light)}});
         } else {
             LitTable table = sphere_table(table_, seen.camera.to, seen.light);
             table.background = grey(scene.background);
@@ -100,8 +99,8 @@ class BtfRenderer::Impl {
     BtfModel model_;
     Size tile_;
     bool tileable_;
+    SeenPlanes planes_;
     DirectionTable table_;
-    SurfaceView view_;
     LitShape shape_;
 };
 

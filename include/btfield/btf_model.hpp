@@ -26,6 +26,12 @@
 
 namespace btfield {
 
+class BtfSynthesiser;
+namespace detail {
+class SeenPlanes;
+const SeenPlanes& seen_planes(const BtfSynthesiser& grown);
+}  // namespace detail
+
 /// What is known of measured pictures. Relative ones are √(I / μ) ≈ m + Σ_k U_k T_k where the view shows
 /// the surface. U is kept of some pairs, and interpolated of the others (theory 21.3); m and the length of U
 /// follow from the contrast.
@@ -167,6 +173,7 @@ class BTFIELD_API BtfSynthesiser {
     [[nodiscard]] const Image& surface() const;
 
   private:
+    friend const detail::SeenPlanes& detail::seen_planes(const BtfSynthesiser& grown);
     class Impl;
     std::unique_ptr<Impl> impl_;
 };

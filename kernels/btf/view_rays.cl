@@ -4,13 +4,14 @@
 
 #ifdef BTFIELD_KERNEL_meet_relief
 // relief: [row][column], within [lowest, highest]. x right, y down, of each pixel, beyond the edges where the ray goes
-// there. Work-item (column, row).
+// there. Work-item (column, row / step).
 __kernel void meet_relief(__global const float* relief, float dx, float dy, float dz, float lowest, float highest,
-                          __global float* x, __global float* y, int width, int height) {
-    const int column = (int)get_global_id(0), row = (int)get_global_id(1);
+                          __global float* x, __global float* y, int width, int height,
+                          int step) {
+    const int column = (int)get_global_id(0), line = (int)get_global_id(1), row = line * step;
     if (column >= width) return;
     const float t = distance_met(relief, column, row, dx, dy, dz, lowest, highest, width, height);
-    const size_t at = (size_t)row * width + column;
+    const size_t at = (size_t)line * width + column;
     x[at] = column + dx * t;
     y[at] = row - dy * t;
 }

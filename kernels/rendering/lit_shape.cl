@@ -167,7 +167,7 @@ inline void mean_squares(__global const float* planes, __global const float* pla
         }
         for (int i = 0; i < BTFIELD_COLOURS; ++i) {
             const float z = entry[i * ROW + 1] + sums[i].x + sums[i].y + sums[i].z + sums[i].w;
-            squares[i] += z * z;
+            squares[i] += z > 0.0f ? z * z : 0.0f;
         }
     }
     for (int i = 0; i < BTFIELD_COLOURS; ++i) squares[i] /= (float)count;

@@ -47,7 +47,7 @@ inline std::vector<double> squares(const Image& surface, double x, double y, con
         for (std::size_t k = 0; k < planes; ++k)
             z += entry.weights[c * planes + k] *
                  between(surface, static_cast<int>(k) + 1, x + ray[0] * t, y - ray[1] * t);
-        result.push_back(z * z);
+        result.push_back(z > 0.0 ? z * z : 0.0);
     }
     return result;
 }

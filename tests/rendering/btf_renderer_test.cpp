@@ -55,7 +55,7 @@ TEST_F(BtfRendered, APlaneFromTheSideIsForeshortened) {
     // The middle, pixel (20, 12), is texel (9, 11): whole ones from there to the tile's middle (9.5, 11.5).
     for (int r = -8; r <= 8; ++r)
         for (int c = -11; c <= 11; ++c)
-            ASSERT_NEAR(found.at(1, 20 + 2 * r, 12 + c), truth.at(1, 9 + r, 11 + c), 1e-4F) << r << " " << c;
+            ASSERT_NEAR(found.at(1, 20 + 2 * r, 12 + c), truth.at(1, 9 + r, 11 + c), 2e-3F) << r << " " << c;
 }
 
 TEST_F(BtfRendered, PicturesDoNotDependOnThoseBefore) {

@@ -56,7 +56,7 @@ void add_sample(vec2 place, vec3 ray, vec4 entry[COLOURS * (LAYERS + 1)], inout 
     for (int c = 0; c < COLOURS; ++c) {
         float z = entry[c * (LAYERS + 1)].y;
         for (int k = 0; k < LAYERS; ++k) z += dot(entry[c * (LAYERS + 1) + 1 + k], value[k]);
-        squares[c] += z * z;
+        squares[c] += z > 0.0 ? z * z : 0.0;
     }
 }
 
