@@ -95,14 +95,17 @@ PartFile::PartFile(const std::filesystem::path& path, const BtfSet& set, const o
 void PartFile::open(const std::filesystem::path& path) {
     file_ = Descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
     if (file_.get() < 0) throw InputError(asked_, reason(), "write the model where files can be made");
-    if (::flock(file_.get(), LOCK_EX | LOCK_NB) != 0)
-        throw InputError(asked_, "another fit is at it", "wait for that one to end");
+    if (::flock(file_.get(), LOCK_EX | LOCK_NB) == 0) return;
+    if (errno == EWOULDBLOCK) throw InputError(asked_, "another fit is at it", "wait for that one to end");
+    throw InputError(asked_, "it cannot be locked: " + reason(), "write the model where files can be locked");
 }
 
 void PartFile::read(const std::string& header) {
     struct stat status {};
     if (::fstat(file_.get(), &status) != 0 || !S_ISREG(status.st_mode))
         throw InputError(asked_, "it is no file", use_writable);
+    // Between its opening and its lock.
+    if (status.st_nlink == 0) throw InputError(asked_, "another fit has removed it", "run the fit again");
     const auto size = static_cast<std::uint64_t>(status.st_size);
     std::string begin(static_cast<std::size_t>(std::min<std::uint64_t>(size, header.size())), '\0');
     read_at(0, std::as_writable_bytes(std::span(begin)));

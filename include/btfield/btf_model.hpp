@@ -100,8 +100,8 @@ struct BtfFitOptions {
     FitOptions field;
     /// Of a compound surface; without one, as CompoundOptions has it.
     std::optional<int> regions;
-    /// Views go to this file as they are read, are mapped from it instead of held in memory, and those that it
-    /// holds when the fit begins are not read again: a fit that ended early goes on where it was. The set,
+    /// Views go to this file as they are read, are mapped from it instead of held in memory, and those that
+    /// it holds when the fit begins are not read again: a fit that ended early goes on where it was. The set,
     /// `planes` and `leave_out` are to be those that it was begun with, all else may change. Takes 2 m + 16
     /// planes of 16 bits for each view. The file stays; whoever has the model written removes it. Empty:
     /// nothing is kept.
