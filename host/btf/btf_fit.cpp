@@ -3,6 +3,7 @@
 #include <cstring>
 #include <functional>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -19,6 +20,7 @@
 #include "host/btf/btf_tables.hpp"
 #include "host/btf/joint_planes.hpp"
 #include "host/btf/surface_field.hpp"
+#include "host/btf/views_part.hpp"
 #include "host/cl/device_impl.hpp"
 
 namespace btfield {
@@ -102,7 +104,8 @@ class Fitting {
     void check_memory() const;
     [[nodiscard]] Relieved relief();
     [[nodiscard]] Relieved stereo();
-    [[nodiscard]] std::vector<JointView> read_views() const;
+    [[nodiscard]] ReducedView read_view(std::size_t view) const;
+    [[nodiscard]] std::vector<JointView> read_views(ViewsPart& part);
     [[nodiscard]] double found_scale(const Image& height, const std::vector<JointView>& views) const;
     [[nodiscard]] Image look(const BtfFit& fit) const;
 
@@ -111,23 +114,34 @@ class Fitting {
     const BtfFitOptions* options_;
     Shares shares_;
     std::vector<std::string> remarks_;
+    std::size_t resumed_ = 0;
 };
 
 /// Before anything is read.
 void Fitting::check_memory() const {
-    double bytes = 0.0;
+    const std::size_t pixels = area(set_->size()), colours = static_cast<std::size_t>(set_->planes());
+    double kept = 0.0, reading = 0.0;
+    std::size_t views = 0;
     for (const std::vector<int>& lights : shares_.lights) {
-        const auto rows = static_cast<double>(lights.size()) * set_->planes();
-        bytes += std::min<double>(kept_rank(), rows) * static_cast<double>(area(set_->size())) *
-                 sizeof(std::int16_t);
+        const std::size_t rows = lights.size() * colours;
+        if (rows == 0) continue;
+        ++views;
+        reading = std::max(reading, reduction_bytes(rows, pixels, kept_rank()));
+        kept += reduced_bytes(rows, pixels, kept_rank());
     }
+    const double work = std::max(reading, joint_planes_bytes(pixels, views, options_->planes, kept_rank()));
     const double limit = device_->impl().memory_limit();
-    if (bytes > limit)
-        throw InputError(
-            asked_fit,
-            "views of " + text_of(set_->size()) + " pixels as " + counted(kept_rank(), "plane") + " take " +
-                bytes_text(bytes) + " where " + bytes_text(limit) + " may be used",
-            "crop the pictures, leave out views by a stride, ask for fewer planes, or allow more memory");
+    const bool in_file = !options_->part.empty();
+    if (work + (in_file ? 0.0 : kept) <= limit) return;
+    const std::string found = in_file ? counted(views, "view") + " of " + text_of(set_->size()) +
+                                            " pixels, read one at a time, take " + bytes_text(work)
+                                      : counted(views, "view") + " of " + text_of(set_->size()) +
+                                            " pixels as " + counted(kept_rank(), "plane") + " take " +
+                                            bytes_text(kept) + ", and work on them " + bytes_text(work);
+    throw InputError(asked_fit, found + ", where " + bytes_text(limit) + " may be used",
+                     std::string(in_file || work > limit ? "" : "keep views in a part, ") +
+                         "crop the pictures, leave out views by a stride, ask for fewer planes, or allow "
+                         "more memory");
 }
 
 Relieved Fitting::relief() {
@@ -181,28 +195,33 @@ Relieved Fitting::stereo() {
     }
 }
 
-std::vector<JointView> Fitting::read_views() const {
-    const int rank = kept_rank();
-    const std::size_t pixels = area(set_->size());
+ReducedView Fitting::read_view(std::size_t view) const {
+    const std::vector<int>& lights = shares_.lights[view];
+    return reduce_view(static_cast<int>(lights.size()), set_->planes(), area(set_->size()), kept_rank(),
+                       [&](int picture, std::span<float> to) {
+                           const Image read = set_->picture(static_cast<int>(view),
+                                                            lights[static_cast<std::size_t>(picture)]);
+                           std::ranges::copy(read.values(), to.begin());
+                       });
+}
+
+std::vector<JointView> Fitting::read_views(ViewsPart& part) {
     std::vector<JointView> views;
     const std::size_t all = set_->views().size();
     for (std::size_t v = 0; v < all; ++v) {
-        const std::vector<int>& lights = shares_.lights[v];
-        JointView view;
-        view.index = static_cast<int>(v);
-        view.direction = set_->views()[v].vector();
-        if (!lights.empty()) {
-            view.reduced = reduce_view(static_cast<int>(lights.size()), set_->planes(), pixels, rank,
-                                       [&](int picture, std::span<float> to) {
-                                           const Image read =
-                                               set_->picture(static_cast<int>(v),
-                                                             lights[static_cast<std::size_t>(picture)]);
-                                           std::ranges::copy(read.values(), to.begin());
-                                       });
-            if (view.reduced.rank() > 0) views.push_back(std::move(view));
+        const std::size_t lights = shares_.lights[v].size();
+        if (lights == 0) continue;
+        std::optional<ReducedView> reduced = part.find(v, lights * static_cast<std::size_t>(set_->planes()));
+        if (reduced) {
+            resumed_ += lights;
+        } else {
+            tell("pictures", static_cast<double>(v) / static_cast<double>(all));
+            reduced = part.kept(v, read_view(v));
         }
-        tell("pictures", static_cast<double>(v + 1) / static_cast<double>(all));
+        if (reduced->rank() > 0)
+            views.push_back({static_cast<int>(v), set_->views()[v].vector(), std::move(*reduced)});
     }
+    tell("pictures", 1.0);
     if (views.empty())
         throw InputError(asked_fit, "no picture has any detail", "check the pictures and how they are coded");
     return views;
@@ -265,9 +284,10 @@ BtfFitOptions sampled() {
 
 BtfFit Fitting::run() {
     check_memory();
+    ViewsPart part(options_->part, *set_, options_->leave_out, kept_rank());
     Relieved found = relief();
     tell("relief", 1.0);
-    const std::vector<JointView> views = read_views();
+    const std::vector<JointView> views = read_views(part);
     BtfFit fit;
     describe(fit.model, *set_);
     fit.model.relief = found.from;
@@ -311,6 +331,7 @@ BtfFit Fitting::run() {
     check(fit.model);
     if (!shares_.left_out.empty()) fit.score = score(*device_, *set_, fit, shares_.left_out);
     fit.remarks = std::move(remarks_);
+    fit.resumed = resumed_;
     return fit;
 }
 

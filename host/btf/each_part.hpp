@@ -5,22 +5,18 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
-#include <mutex>
-#include <string>
 
 #include "btfield/btf_textures.hpp"
-#include "host/base/file_output.hpp"
+#include "host/btf/part_file.hpp"
 #include "host/btf/picture_texture.hpp"
 
 namespace btfield::detail {
 
-/// A file of records, each with its length and a checksum: whenever a process ends, at most the record that
-/// it was writing is lost. Locked while it is open.
+/// A part of which each record is a texture.
 class EachPart {
   public:
-    /// Reads what the file holds, and cuts off a record that is not complete.
     /// \param path  empty: nothing is kept
-    /// \throws InputError when the file is of another set or other options, in use, or cannot be written
+    /// \throws InputError as PartFile
     EachPart(const std::filesystem::path& path, const BtfSet& set, const BtfTexturesOptions& options);
 
     /// By pair, numbered as shown.
@@ -30,11 +26,7 @@ class EachPart {
     void add(std::size_t pair, const PictureTexture& texture);
 
   private:
-    void read(const std::string& header);
-
-    std::string asked_;
-    Descriptor file_;
-    std::mutex writing_;
+    PartFile file_;
     std::map<std::size_t, PictureTexture> done_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "btfield/threads.hpp"
 #include "host/base/dense.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/wide.hpp"
@@ -259,6 +260,17 @@ JointPlanes JointSolver::result(RowMajorMatrix planes, double unexplained) const
 }
 
 }  // namespace
+
+double joint_planes_bytes(std::size_t pixels, std::size_t views, int planes, int rank) {
+    const std::size_t sums = std::min(groups, views);
+    const std::size_t threads = std::min(sums, static_cast<std::size_t>(thread_limit()));
+    // Beside sums, and planes as each thread sees them: T and what conjugate gradients keep and pass on.
+    constexpr std::size_t kept = 7;
+    const auto matrices = static_cast<double>(sums + threads + kept) * planes;
+    const double first = static_cast<double>(rank) + planes;  // of start()
+    return static_cast<double>(pixels) * (std::max(matrices, first) * sizeof(double) +
+                                          static_cast<double>(views * SurfaceGather::bytes_of_pixel()));
+}
 
 JointPlanes fit_joint_planes(const RelievedSurface& surface, const std::vector<JointView>& views,
                              const JointOptions& options) {

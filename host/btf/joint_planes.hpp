@@ -3,6 +3,7 @@
 // Planes of a surface that all pictures of a BTF are made of, seen through its relief (theory 21.2).
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <string_view>
 #include <vector>
@@ -35,6 +36,10 @@ struct JointOptions {
     int steps = 8;   ///< of conjugate gradients on T in each
     std::function<void(double share)> progress;
 };
+
+/// Bytes that fit_joint_planes() takes at most beside the views.
+/// \param rank  of the views at most
+[[nodiscard]] double joint_planes_bytes(std::size_t pixels, std::size_t views, int planes, int rank);
 
 /// Alternates between U, a least squares fit of each view, and T, conjugate gradients in picture space.
 [[nodiscard]] JointPlanes fit_joint_planes(const RelievedSurface& surface,

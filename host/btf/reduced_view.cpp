@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "host/base/dense.hpp"
 #include "host/base/parallel.hpp"
@@ -135,14 +136,15 @@ constexpr double largest_short = 32767.0;
 void keep_values(const RowMajorMatrix& projected, ReducedView& view) {
     const Index rank = projected.rows(), pixels = projected.cols();
     view.units.resize(static_cast<std::size_t>(rank));
-    view.values.resize(static_cast<std::size_t>(rank * pixels));
+    std::vector<std::int16_t> values(static_cast<std::size_t>(rank * pixels));
     for (Index k = 0; k < rank; ++k) {
         const double largest = std::max(projected.row(k).cwiseAbs().maxCoeff(), 1e-30);
         view.units[static_cast<std::size_t>(k)] = largest / largest_short;
         for (Index p = 0; p < pixels; ++p)
-            view.values[static_cast<std::size_t>(p * rank + k)] =
+            values[static_cast<std::size_t>(p * rank + k)] =
                 static_cast<std::int16_t>(std::lround(projected(k, p) * largest_short / largest));
     }
+    view.values = SharedNumbers(std::move(values));
 }
 
 }  // namespace
@@ -150,7 +152,8 @@ void keep_values(const RowMajorMatrix& projected, ReducedView& view) {
 void ReducedView::take(std::size_t first, Eigen::Ref<RowMajorMatrix> result) const {
     const std::size_t columns = rank();
     for (Index i = 0; i < result.rows(); ++i) {
-        const std::int16_t* const from = values.data() + (first + static_cast<std::size_t>(i)) * columns;
+        const std::int16_t* const from =
+            values.span().data() + (first + static_cast<std::size_t>(i)) * columns;
         double* const to = result.data() + i * result.outerStride();
         for (std::size_t k = 0; k < columns; ++k) to[k] = units[k] * static_cast<double>(from[k]);
     }
@@ -198,19 +201,33 @@ ReducedView reduce_view(int pictures, int colours, std::size_t pixels, int rank,
     return view;
 }
 
+double reduced_bytes(std::size_t rows, std::size_t pixels, int rank) {
+    return std::min(static_cast<double>(rank), static_cast<double>(rows)) * static_cast<double>(pixels) *
+           sizeof(std::int16_t);
+}
+
+double reduction_bytes(std::size_t rows, std::size_t pixels, int rank) {
+    const double pictures = static_cast<double>(rows) * static_cast<double>(pixels) * sizeof(float);
+    // And the projection in double precision.
+    return pictures + 5.0 * reduced_bytes(rows, pixels, rank);
+}
+
 ReducedView windowed(const ReducedView& view, Size size, int row, int column, Size part) {
     ReducedView result = view;
     const double share = static_cast<double>(area(part)) / static_cast<double>(area(size));
     result.energy *= share;
     result.lost *= share;
     const std::size_t rank = view.rank(), width = static_cast<std::size_t>(part.width);
-    result.values.clear();
+    const std::span<const std::int16_t> all = view.values.span();
+    std::vector<std::int16_t> values;
+    values.reserve(area(part) * rank);
     for (int r = 0; r < part.height; ++r) {
         const std::size_t first = static_cast<std::size_t>(row + r) * static_cast<std::size_t>(size.width) +
                                   static_cast<std::size_t>(column);
-        const auto from = view.values.begin() + static_cast<std::ptrdiff_t>(first * rank);
-        result.values.insert(result.values.end(), from, from + static_cast<std::ptrdiff_t>(width * rank));
+        const auto from = all.subspan(first * rank, width * rank);
+        values.insert(values.end(), from.begin(), from.end());
     }
+    result.values = SharedNumbers(std::move(values));
     return result;
 }
 

@@ -51,6 +51,8 @@ class SurfaceGather {
     /// Pixels that count.
     [[nodiscard]] std::size_t count() const { return count_; }
     [[nodiscard]] bool counts(std::size_t pixel) const { return taps_[pixel].down >= 0.0F; }
+    /// What it holds for each.
+    [[nodiscard]] static constexpr std::size_t bytes_of_pixel() { return sizeof(Tap); }
     /// S T of pixels [first, first + rows of result).
     void gather(const RowMajorMatrix& surface, std::size_t first, Eigen::Ref<RowMajorMatrix> result) const;
     /// surface += Sᵀ picture

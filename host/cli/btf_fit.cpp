@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -84,6 +85,7 @@ Json fit_json(const BtfFitArguments& options, const BtfFit& fit, std::uintmax_t 
     object["unexplained"] = number(fit.model.unexplained);
     object["clusters"] = nullptr;
     object["pictures"] = fit.model.pairs.size();
+    object["resumed"] = fit.resumed;
     object["kept_pictures"] = fit.model.tables.kept.size();
     object["table_error"] = number(fit.model.table_error);
     Json relief;
@@ -125,6 +127,8 @@ std::string fit_text(const BtfFitArguments& options, const BtfFit& fit, std::uin
     std::string text = "wrote " + options.output + ": " + std::to_string(model.pairs.size()) +
                        " pictures of " + detail::text_of(model.size) + " pixels as " +
                        detail::counted(model.planes(), "plane") + ", in " + seconds_text(seconds) + "\n";
+    if (fit.resumed > 0)
+        text += std::to_string(fit.resumed) + " of them were read before, by a run that did not end.\n";
     text += relief_text(fit);
     text += "The planes leave " + percent(model.unexplained) +
             " of the variance of the pictures unexplained; more --planes leave less.\n";
@@ -162,6 +166,10 @@ void run_fit(const BtfFitArguments& given) {
     if (!options.height.empty()) files.reads(options.height, "that is the height");
     check_outside("write the model '" + options.output + "'", options.output, options.set);
     files.writes_model(options.output);
+    if (!is_standard_output(options.output)) {
+        options.fit.part = options.output + ".part";
+        files.writes(options.fit.part);
+    }
     BtfSet set = open_told(options.set, options.reading);
     if (!options.height.empty()) options.fit.height = read_height(options);
     Device device(options.device);
@@ -170,10 +178,13 @@ void run_fit(const BtfFitArguments& given) {
         Progress progress;
         const Stopwatch watch;
         const auto all = static_cast<double>(set.pictures().size());
+        double first = -1.0;
         options.fit.progress = [&](std::string_view stage, double share) {
             std::string what(stage);
-            if (stage == "pictures")
-                what += ", " + number_text(all * share / std::max(watch.seconds(), 1e-9)) + "/s";
+            if (stage == "pictures") {
+                if (first < 0.0) first = share;
+                what += ", " + number_text(all * (share - first) / std::max(watch.seconds(), 1e-9)) + "/s";
+            }
             progress.show(share_of(stage, share), what);
         };
         fit = fit_btf(device, set, options.fit);
@@ -186,6 +197,8 @@ void run_fit(const BtfFitArguments& given) {
              ", and synth will refuse it; use another --order or --model");
     }
     write_btf_model(options.output, fit.model);
+    std::error_code ignored;
+    if (!options.fit.part.empty()) fs::remove(options.fit.part, ignored);
     const std::uintmax_t bytes = model_file_bytes(options.output);
     if (options.json) {
         Json object = fit_json(options, fit, bytes);

@@ -108,6 +108,12 @@ struct BtfFitOptions {
     FitOptions field;
     /// Of a compound surface; without one, as CompoundOptions has it.
     std::optional<int> regions;
+    /// Views go to this file as they are read, are mapped from it instead of held in memory, and those that
+    /// it holds when the fit begins are not read again: a fit that ended early goes on where it was. The set,
+    /// `planes` and `leave_out` are to be those that it was begun with, all else may change. Takes 2 m + 16
+    /// planes of 16 bits for each view. The file stays; whoever has the model written removes it. Empty:
+    /// nothing is kept.
+    std::filesystem::path part;
     /// Called with the stage ("pictures", "relief", "scale", "planes", "tables", "field") and the share of it
     /// that is done, in the caller's thread; what it throws ends the fit.
     std::function<void(std::string_view stage, double share)> progress;
@@ -138,13 +144,14 @@ struct BtfFit {
     /// Of pictures that were left out.
     std::optional<BtfScore> score;
     std::vector<std::string> remarks;
+    std::size_t resumed = 0;  ///< pictures of views that the part held
 };
 
 /// Reads every picture once, view by view, and those left out once more. Holds each view as 2 m + 16 planes
-/// of 16 bits.
-/// \throws InputError when these are more than the device's memory limit, when options cannot be met, the
-///     relief has another size, a view lacks pictures so that nothing can be learned, or what
-///     BtfSet::picture() refuses
+/// of 16 bits, in memory or in the part, which does not matter to the result.
+/// \throws InputError when what is in memory is more than the device's memory limit, when options cannot be
+///     met, the relief has another size, a view lacks pictures so that nothing can be learned, the part is of
+///     another set or other options, in use or cannot be written, or what BtfSet::picture() refuses
 [[nodiscard]] BTFIELD_API BtfFit fit_btf(Device& device, const BtfSet& set,
                                          const BtfFitOptions& options = BtfFitOptions());
 
