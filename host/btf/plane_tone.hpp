@@ -20,8 +20,8 @@ class PlaneDistribution {
     PlaneDistribution();
     explicit PlaneDistribution(std::span<const float> values);
 
-    /// The tone whose z² has mean 1 and this standard deviation; the deepest where none has so much. Values that are
-    /// as good as constant have a tone of depth 0.
+    /// The tone whose z² has mean 1 and this standard deviation; the deepest where none has so much. Values
+    /// that are as good as constant have a tone of depth 0.
     [[nodiscard]] PlaneTone tone(double contrast) const { return tone(contrast, mean_, deviation_); }
     /// The same of values of this shape with another mean and deviation.
     [[nodiscard]] PlaneTone tone(double contrast, double mean, double deviation) const;
