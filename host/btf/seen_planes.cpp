@@ -97,7 +97,8 @@ PlaneTone SeenPlanes::tone(const BtfDirection& view, std::span<const double> wei
         for (int j = 0; j < 2; ++j) {
             const double share =
                 (i == 0 ? 1.0 - (out - ring) : out - ring) * (j == 0 ? 1.0 - (along - k) : along - k);
-            const Moments& of = views_[static_cast<std::size_t>((ring + i) * around + (k + j) % around)];
+            const int place = (ring + i) * around + (k + j) % around;
+            const Moments& of = views_[static_cast<std::size_t>(place)];
             mean += share * u.dot(of.mean);
             square += share * u.dot(of.square * u);
         }
