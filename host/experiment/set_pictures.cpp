@@ -87,7 +87,7 @@ double radical_inverse(std::uint64_t number, std::uint64_t base) {
 
 std::vector<BtfPair> chosen_pairs(const BtfSet& set, const ExperimentBtf& which, const std::string& asked) {
     if (which.named.empty()) {
-        const std::vector<BtfPair> all = set.pictures();
+        std::vector<BtfPair> all = set.pictures();
         if (which.number <= 0) return all;
         if (static_cast<std::size_t>(which.number) <= all.size())
             return sampled_pairs(set, which.number, which.seed);
