@@ -37,6 +37,7 @@ class Reals {
   public:
     explicit Reals(std::span<const std::byte> bytes) : rest_(bytes) {}
     void take(std::span<double> to) {
+        if (to.empty()) return;  // nothing has no address to copy from
         std::memcpy(to.data(), rest_.data(), to.size_bytes());
         rest_ = rest_.subspan(to.size_bytes());
         finite_ &= std::ranges::all_of(to, [](double value) { return std::isfinite(value); });
