@@ -62,7 +62,7 @@ void check_shown(const BtfDirection& direction, const char* what) {
 
 }  // namespace
 
-class BtfTextureSynthesiser::Impl {
+class [[gnu::visibility("hidden")]] BtfTextureSynthesiser::Impl {
   public:
     Impl(Device& device, BtfTextures model, Size size, std::uint64_t seed, bool allow_invalid)
         : device_(&device), model_(std::move(model)), size_(size), seed_(seed), directions_(checked(model_)) {
