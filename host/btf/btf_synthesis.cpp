@@ -17,16 +17,6 @@ namespace btfield {
 
 using namespace detail;
 
-namespace {
-
-void check_direction(const BtfDirection& direction, const char* what) {
-    if (std::isfinite(direction.phi) && direction.theta >= 0.0 && direction.theta <= radians(89.0)) return;
-    throw InputError("show a BTF", std::string("the ") + what + " is " + text_of(direction),
-                     "directions are above the surface: theta from 0 to 89 degrees");
-}
-
-}  // namespace
-
 class BtfSynthesiser::Impl {
   public:
     Impl(Device& device, const BtfModel& model, GrownSurface grown)
@@ -37,8 +27,8 @@ class BtfSynthesiser::Impl {
           view_(device.impl(), grown_.surface, model.colours) {}
 
     [[nodiscard]] Image picture(const BtfDirection& view, const BtfDirection& light) const {
-        check_direction(view, "view");
-        check_direction(light, "light");
+        check_shown(view, "view", "show a BTF");
+        check_shown(light, "light", "show a BTF");
         Image image = view_.picture(view.vector(), table_.weights(view, light));
         image.set_space(model_.space);
         image.set_names(model_.names);

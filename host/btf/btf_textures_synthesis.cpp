@@ -54,17 +54,11 @@ namespace {
 constexpr std::size_t kept_texture_bytes = std::size_t{512} << 20;
 constexpr const char* asked_show = "show a BTF";
 
-void check_shown(const BtfDirection& direction, const char* what) {
-    if (std::isfinite(direction.phi) && direction.theta >= 0.0 && direction.theta <= radians(89.0)) return;
-    throw InputError(asked_show, std::string("the ") + what + " is " + text_of(direction),
-                     "directions are above the surface: theta from 0 to 89 degrees");
-}
-
 }  // namespace
 
 class [[gnu::visibility("hidden")]] BtfTextureSynthesiser::Impl {
   public:
-    Impl(Device& device, BtfTextures model, Size size, std::uint64_t seed, bool allow_invalid)
+    Impl(Device & device, BtfTextures model, Size size, std::uint64_t seed, bool allow_invalid)
         : device_(&device), model_(std::move(model)), size_(size), seed_(seed), directions_(checked(model_)) {
         options_.allow_invalid = allow_invalid;
         for (std::size_t i = 0; i < model_.textures.size(); ++i) check_texture(i);
@@ -73,14 +67,20 @@ class [[gnu::visibility("hidden")]] BtfTextureSynthesiser::Impl {
     }
 
     [[nodiscard]] BtfTextureLook look(const BtfDirection& view, const BtfDirection& light) const {
-        check_shown(view, "view");
-        check_shown(light, "light");
+        check_shown(view, "view", asked_show);
+        check_shown(light, "light", asked_show);
         return directions_.look(view, light);
     }
     [[nodiscard]] std::shared_ptr<const GrownTexture> grown(int texture) const;
-    [[nodiscard]] Size size() const { return size_; }
-    [[nodiscard]] bool tileable() const { return tileable_; }
-    [[nodiscard]] const BtfTextures& model() const { return model_; }
+    [[nodiscard]] Size size() const {
+        return size_;
+    }
+    [[nodiscard]] bool tileable() const {
+        return tileable_;
+    }
+    [[nodiscard]] const BtfTextures& model() const {
+        return model_;
+    }
 
   private:
     static const BtfTextures& checked(const BtfTextures& model) {

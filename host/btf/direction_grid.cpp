@@ -201,4 +201,10 @@ std::vector<int> arrange(const std::vector<MeasuredPair>& given, const std::stri
     return picture_of;
 }
 
+void check_shown(const BtfDirection& direction, const char* what, const std::string& asked) {
+    if (std::isfinite(direction.phi) && direction.theta >= 0.0 && direction.theta <= radians(89.0)) return;
+    throw InputError(asked, std::string("the ") + what + " is " + text_of(direction),
+                     "directions are above the surface: theta from 0 to 89 degrees");
+}
+
 }  // namespace btfield::detail

@@ -37,4 +37,10 @@ struct MeasuredPair {
 [[nodiscard]] std::vector<int> arrange(const std::vector<MeasuredPair>& pairs, const std::string& asked,
                                        BtfDescription& description);
 
+/// Of a view or a light that something is to be shown under.
+/// \param asked  what was asked for
+/// \param what   "view", "light"
+/// \throws InputError when it is lower than 89 degrees, or no direction
+void check_shown(const BtfDirection& direction, const char* what, const std::string& asked);
+
 }  // namespace btfield::detail

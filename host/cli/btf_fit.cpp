@@ -73,10 +73,6 @@ double relief_range(const Image& surface) {
     return static_cast<double>(high) - static_cast<double>(low);
 }
 
-double ratio_of(const BtfModel& model, std::uintmax_t bytes) {
-    return static_cast<double>(model.picture_bytes) / static_cast<double>(std::max<std::uintmax_t>(bytes, 1));
-}
-
 Json fit_json(const BtfFitArguments& options, const BtfFit& fit, std::uintmax_t bytes) {
     Json object;
     object["output"] = options.output;
@@ -103,7 +99,7 @@ Json fit_json(const BtfFitArguments& options, const BtfFit& fit, std::uintmax_t 
     object["model"] = std::string(surface_name(fit.model));
     object["valid"] = is_valid(fit.model);
     object["bytes"] = bytes;
-    object["compression_ratio"] = number(ratio_of(fit.model, bytes));
+    object["compression_ratio"] = number(compression_ratio(fit.model.picture_bytes, bytes));
     return object;
 }
 
@@ -145,7 +141,8 @@ std::string fit_text(const BtfFitArguments& options, const BtfFit& fit, std::uin
                 percent(score.nearest.median) + ", the four nearest together by " +
                 percent(score.neighbours.median) + ".\n";
     }
-    return text + std::to_string(bytes) + " bytes, 1 : " + number_text(ratio_of(model, bytes)) +
+    return text + std::to_string(bytes) +
+           " bytes, 1 : " + number_text(compression_ratio(model.picture_bytes, bytes)) +
            " of 8-bit pictures\n";
 }
 

@@ -20,11 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double textures_ratio(std::uint64_t of, std::uintmax_t bytes) {
-    return bytes > 0 && of > 0 ? static_cast<double>(of) / static_cast<double>(bytes)
-                               : std::numeric_limits<double>::quiet_NaN();
-}
-
 bool are_valid(const BtfTextures& model) {
     return std::ranges::all_of(model.textures, [](const TextureModel& t) { return is_valid(t); });
 }
@@ -114,7 +109,7 @@ Json textures_fit_json(const TexturesFitArguments& options, const BtfTexturesFit
     object["valid"] = are_valid(model);
     object["bytes"] = bytes;
     object["parts"] = parts_json(model, bytes);
-    object["compression_ratio"] = number(textures_ratio(model.picture_bytes, bytes));
+    object["compression_ratio"] = number(compression_ratio(model.picture_bytes, bytes));
     return object;
 }
 
@@ -135,7 +130,7 @@ std::string textures_fit_text(const TexturesFitArguments& options, const BtfText
                 ".\nOf the nearest picture " + statistics_text(fit.score->nearest) + ".\n";
     }
     return text + parts_text(model, bytes) +
-           "; 1 : " + number_text(textures_ratio(model.picture_bytes, bytes)) + " of 8-bit pictures\n";
+           "; 1 : " + number_text(compression_ratio(model.picture_bytes, bytes)) + " of 8-bit pictures\n";
 }
 
 double textures_share(BtfMethod method, bool scored, std::string_view stage, double share) {
@@ -216,8 +211,8 @@ Json textures_json(const BtfTextures& model, std::uintmax_t bytes) {
     object["valid"] = are_valid(model);
     object["bytes"] = bytes;
     object["parts"] = parts_json(model, bytes);
-    object["compression_ratio"] = number(textures_ratio(model.picture_bytes, bytes));
-    object["file_ratio"] = number(textures_ratio(model.file_bytes, bytes));
+    object["compression_ratio"] = number(compression_ratio(model.picture_bytes, bytes));
+    object["file_ratio"] = number(compression_ratio(model.file_bytes, bytes));
     return object;
 }
 
@@ -230,9 +225,10 @@ std::string textures_text(const BtfTextures& model, std::uintmax_t bytes) {
             detail::counted(model.lights.size(), "light") + ", of " + detail::text_of(model.size) +
             " pixels, " + detail::counted(model.colours, "plane") + "\n";
     text += "bytes     " + parts_text(model, bytes) + "\n";
-    text += "ratio     1 : " + number_text(textures_ratio(model.picture_bytes, bytes)) + " of 8-bit pictures";
+    text +=
+        "ratio     1 : " + number_text(compression_ratio(model.picture_bytes, bytes)) + " of 8-bit pictures";
     if (model.file_bytes > 0)
-        text += ", 1 : " + number_text(textures_ratio(model.file_bytes, bytes)) + " of the set's files";
+        text += ", 1 : " + number_text(compression_ratio(model.file_bytes, bytes)) + " of the set's files";
     return text + "\n";
 }
 

@@ -36,11 +36,6 @@ ModelParts parts_of(const BtfModel& model, std::uintmax_t bytes) {
     return parts;
 }
 
-double ratio(std::uint64_t of, std::uintmax_t bytes) {
-    return bytes > 0 && of > 0 ? static_cast<double>(of) / static_cast<double>(bytes)
-                               : std::numeric_limits<double>::quiet_NaN();
-}
-
 Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
     Json object;
     object["format"] = "model";
@@ -66,8 +61,8 @@ Json btf_model_json(const BtfModel& model, std::uintmax_t bytes) {
     object["parts"]["contrast"] = parts.contrast;
     object["parts"]["weights"] = parts.weights;
     object["parts"]["field"] = parts.rest;
-    object["compression_ratio"] = number(ratio(model.picture_bytes, bytes));
-    object["file_ratio"] = number(ratio(model.file_bytes, bytes));
+    object["compression_ratio"] = number(compression_ratio(model.picture_bytes, bytes));
+    object["file_ratio"] = number(compression_ratio(model.file_bytes, bytes));
     return object;
 }
 
@@ -86,9 +81,10 @@ std::string btf_model_text(const BtfModel& model, std::uintmax_t bytes) {
     text += "bytes     " + std::to_string(bytes) + ": means " + std::to_string(parts.mean) + ", contrasts " +
             std::to_string(parts.contrast) + ", weights " + std::to_string(parts.weights) + ", field " +
             std::to_string(parts.rest) + "\n";
-    text += "ratio     1 : " + number_text(ratio(model.picture_bytes, bytes)) + " of 8-bit pictures";
+    text +=
+        "ratio     1 : " + number_text(compression_ratio(model.picture_bytes, bytes)) + " of 8-bit pictures";
     if (model.file_bytes > 0)
-        text += ", 1 : " + number_text(ratio(model.file_bytes, bytes)) + " of the set's files";
+        text += ", 1 : " + number_text(compression_ratio(model.file_bytes, bytes)) + " of the set's files";
     return text + "\n";
 }
 

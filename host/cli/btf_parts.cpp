@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 #include <system_error>
 
@@ -140,6 +141,11 @@ bool lies_in(const fs::path& place, const fs::path& folder) {
 }
 
 }  // namespace
+
+double compression_ratio(std::uint64_t of, std::uintmax_t bytes) {
+    return bytes > 0 && of > 0 ? static_cast<double>(of) / static_cast<double>(bytes)
+                               : std::numeric_limits<double>::quiet_NaN();
+}
 
 void check_outside(const std::string& asked, const std::string& output, const std::string& input) {
     std::error_code error;

@@ -4,6 +4,7 @@
 /// Commands below `btf`, a file for each, and what they have in common.
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +39,9 @@ void add_btf_reading(CLI::App& app, BtfOptions& options);
 
 /// "THETA,PHI" in degrees, as --view and --light have them: theta from 0, below 90.
 [[nodiscard]] std::optional<BtfDirection> parse_direction(const std::string& text);
+
+/// Of bytes to those of a model's file; not a number where there are none.
+[[nodiscard]] double compression_ratio(std::uint64_t of, std::uintmax_t bytes);
 
 /// \throws InputError when the output is the input, by whatever name, or lies in it
 void check_outside(const std::string& asked, const std::string& output, const std::string& input);

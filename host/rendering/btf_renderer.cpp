@@ -35,12 +35,6 @@ void check_scene(const BtfScene& scene) {
         throw InputError(asked, "the background is below 0", "give a share of white");
 }
 
-void check_above(const BtfDirection& direction, const char* what) {
-    if (std::isfinite(direction.phi) && direction.theta >= 0.0 && direction.theta <= radians(89.0)) return;
-    throw InputError(asked, std::string("the ") + what + " is " + text_of(direction),
-                     "directions are above the plane: theta from 0 to 89 degrees");
-}
-
 }  // namespace
 
 std::string_view name(BtfShape shape) {
@@ -65,8 +59,8 @@ class BtfRenderer::Impl {
     [[nodiscard]] Image picture(const BtfScene& scene, const BtfDirection& view,
                                 const BtfDirection& light) const {
         check_scene(scene);
-        check_above(view, "view");
-        check_above(light, "light");
+        check_shown(view, "view", asked);
+        check_shown(light, "light", asked);
         const LitView seen{camera_frame(view), light.vector(), table_.measured().steepest_view()};
         Image image;
         if (scene.shape == BtfShape::plane) {
