@@ -82,7 +82,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
     value["method"] = name(BtfMethod::joint);
     put_scope(value, model, binary);
     const BtfTables& tables = model.tables;
-    value["mean"] = halves_value(tables.mean, binary);
+    value["mean"] = means_value(tables.mean, binary);
     value["contrast"] = table_value(tables.contrast, binary);
     value["kept"] = bytes_value(
         bits_of(std::vector<std::size_t>(tables.kept.begin(), tables.kept.end()), model.pairs.size()),
@@ -101,7 +101,7 @@ ordered_json model_json(const BtfModel& model, bool binary) {
 void read_tables(Object& object, BtfModel& model, const Context& context) {
     const auto colours = static_cast<std::size_t>(model.colours);
     BtfTables& tables = model.tables;
-    tables.mean = halves_from(object.member("mean"), "mean", context, model.pairs.size() * colours);
+    tables.mean = means_from(object.member("mean"), "mean", context, model.pairs.size() * colours);
     tables.contrast =
         table_from<std::int8_t>(object.member("contrast"), "contrast", context, model.pairs.size() * colours);
     for (const std::size_t pair : bits_from(object.member("kept"), "kept", context, model.pairs.size()))

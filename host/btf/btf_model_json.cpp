@@ -1,5 +1,9 @@
 #include "host/btf/btf_model_json.hpp"
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
 #include "host/base/half.hpp"
 #include "host/btf/btf_measured.hpp"
 #include "host/btf/btf_names.hpp"
@@ -20,22 +24,37 @@ std::vector<std::uint8_t> bytes_from(const json& value, const std::string& where
     return from_base64(text(value, where, context));
 }
 
-ordered_json halves_value(const std::vector<float>& values, bool binary) {
+ordered_json means_value(const std::vector<float>& means, bool binary) {
     std::vector<std::uint16_t> halves;
-    halves.reserve(values.size());
-    for (const float value : values) halves.push_back(half_of_float(value));
-    return table_value(halves, binary);
+    halves.reserve(means.size());
+    for (const float mean : means) halves.push_back(half_of_float(mean));
+    const auto is_half = [](float mean, std::uint16_t half) { return float_of_half(half) == mean; };
+    if (std::ranges::equal(means, halves, is_half)) return table_value(halves, binary);
+    std::vector<std::uint32_t> floats;
+    floats.reserve(means.size());
+    for (const float mean : means) floats.push_back(std::bit_cast<std::uint32_t>(mean));
+    return table_value(floats, binary);
 }
 
-std::vector<float> halves_from(const json& value, const std::string& where, const Context& context,
-                               std::size_t count) {
-    std::vector<float> values;
-    values.reserve(count);
-    for (const std::uint16_t half : table_from<std::uint16_t>(value, where, context, count)) {
-        if (half > 0x7bffU) fail(context, where + " holds a number that is negative or not finite");
-        values.push_back(float_of_half(half));
+std::vector<float> means_from(const json& value, const std::string& where, const Context& context,
+                              std::size_t count) {
+    const std::vector<std::uint8_t> bytes = bytes_from(value, where, context);
+    std::vector<float> means;
+    if (bytes.size() == count * sizeof(std::uint16_t)) {
+        for (const std::uint16_t half : numbers_of_bytes<std::uint16_t>(bytes))
+            means.push_back(float_of_half(half));
+    } else if (bytes.size() == count * sizeof(float)) {
+        for (const std::uint32_t bits : numbers_of_bytes<std::uint32_t>(bytes))
+            means.push_back(std::bit_cast<float>(bits));
+    } else {
+        fail(context, where + " has " + std::to_string(bytes.size()) + " bytes, neither " +
+                          std::to_string(count * sizeof(std::uint16_t)) + " nor " +
+                          std::to_string(count * sizeof(float)));
     }
-    return values;
+    const auto is_mean = [](float mean) { return std::isfinite(mean) && !std::signbit(mean); };
+    if (!std::ranges::all_of(means, is_mean))
+        fail(context, where + " holds a number that is negative or not finite");
+    return means;
 }
 
 ordered_json directions_value(const std::vector<BtfDirection>& directions) {

@@ -62,10 +62,10 @@ template <typename Number>
     return numbers_of_bytes<Number>(bytes);
 }
 
-/// Values from 0 on, kept in half precision.
-[[nodiscard]] nlohmann::ordered_json halves_value(const std::vector<float>& values, bool binary);
-[[nodiscard]] std::vector<float> halves_from(const nlohmann::json& value, const std::string& where,
-                                             const json_reading::Context& context, std::size_t count);
+/// Values from 0 on, as halves where all of them are halves, else as floats.
+[[nodiscard]] nlohmann::ordered_json means_value(const std::vector<float>& means, bool binary);
+[[nodiscard]] std::vector<float> means_from(const nlohmann::json& value, const std::string& where,
+                                            const json_reading::Context& context, std::size_t count);
 
 [[nodiscard]] nlohmann::ordered_json directions_value(const std::vector<BtfDirection>& directions);
 [[nodiscard]] BtfDirection direction_from(const nlohmann::json& value, const std::string& where,

@@ -13,9 +13,12 @@ namespace btfield::detail {
 
 using Eigen::Index;
 
-float kept_mean(double mean) {
-    constexpr double largest = 65504.0;
-    return float_of_half(half_of_float(static_cast<float>(std::clamp(mean, 0.0, largest))));
+void round_means(std::vector<float>& means) {
+    // Below the least, pictures a thousand times darker than the brightest would lose their digits.
+    constexpr float least = 0x1p-7F, largest = 65504.0F;
+    const float brightest = means.empty() ? 0.0F : std::ranges::max(means);
+    if (brightest < least || brightest > largest) return;
+    for (float& mean : means) mean = float_of_half(half_of_float(mean));
 }
 
 bool height_varies(const Image& height) {
@@ -49,13 +52,15 @@ PairRows rows_of_pairs(BtfModel& model, const BtfSet& set, const std::vector<std
             moved |= !(from == set.lights()[static_cast<std::size_t>(light)]);
             for (Index c = 0; c < colours; ++c, ++row) {
                 const auto of_view = static_cast<std::size_t>(row);
-                model.tables.mean.push_back(kept_mean(views[v].reduced.mean[of_view]));
+                model.tables.mean.push_back(
+                    static_cast<float>(std::max(views[v].reduced.mean[of_view], 0.0)));
                 rows.contrast.push_back(views[v].reduced.contrast[of_view]);
                 rows.weights.block(at, c * m, 1, m) = planes.weights[v].row(row);
             }
             ++at;
         }
     }
+    round_means(model.tables.mean);
     if (!moved) model.true_lights.clear();
     return rows;
 }

@@ -10,8 +10,8 @@
 
 namespace btfield::detail {
 
-/// A mean as the model's file has it: of half precision, from 0 to the largest.
-[[nodiscard]] float kept_mean(double mean);
+/// Means as the model's file has them: of half precision, but where it is too narrow for the brightest.
+void round_means(std::vector<float>& means);
 
 [[nodiscard]] bool height_varies(const Image& height);
 

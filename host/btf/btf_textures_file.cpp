@@ -39,7 +39,7 @@ ordered_json textures_json(const BtfTextures& model, bool binary) {
     put_scope(value, model, binary);
     value["match"] = name(model.match);
     if (model.match == BtfMatch::means) {
-        value["means"] = halves_value(model.means, binary);
+        value["means"] = means_value(model.means, binary);
         value["contrasts"] = bytes_value(model.contrasts, binary);
     }
     // Of each, nothing else is the rule.
@@ -50,7 +50,7 @@ ordered_json textures_json(const BtfTextures& model, bool binary) {
             value["labels"] = table_value(model.labels, binary);
     }
     if (!is_identity(model.sources)) value["sources"] = table_value(model.sources, binary);
-    value["texture_means"] = halves_value(model.texture_means, binary);
+    value["texture_means"] = means_value(model.texture_means, binary);
     put_extent(value, model);
     value["textures"] = textures_value(model.textures, binary);
     return value;
@@ -89,13 +89,13 @@ BtfTextures textures_model_from(const json& value, Context context) {
     model.match = object.get_name<BtfMatch>("match");
     if (model.match == BtfMatch::means) {
         const std::size_t rows = model.pairs.size() * colours;
-        model.means = halves_from(object.member("means"), "means", context, rows);
+        model.means = means_from(object.member("means"), "means", context, rows);
         model.contrasts = table_from<std::uint8_t>(object.member("contrasts"), "contrasts", context, rows);
     }
     model.textures = textures_from(object.member("textures"), "textures", context);
     read_labels(object, model, context);
-    model.texture_means = halves_from(object.member("texture_means"), "texture_means", context,
-                                      model.textures.size() * colours);
+    model.texture_means =
+        means_from(object.member("texture_means"), "texture_means", context, model.textures.size() * colours);
     read_extent(object, model);
     object.finish();
     try {

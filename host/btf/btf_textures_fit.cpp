@@ -118,7 +118,8 @@ PictureFeatures TexturesFitting::read_pictures() {
 }
 
 void TexturesFitting::add_texture(BtfTextures& model, PictureTexture texture) const {
-    for (const double mean : texture.moments.mean) model.texture_means.push_back(kept_mean(mean));
+    for (const double mean : texture.moments.mean)
+        model.texture_means.push_back(static_cast<float>(std::max(mean, 0.0)));
     model.textures.push_back(std::move(texture.texture));
 }
 
@@ -181,9 +182,10 @@ void TexturesFitting::each(BtfTexturesFit& fit) {
 void TexturesFitting::fill_tables(BtfTextures& model) const {
     for (const PictureMoments& of : moments_)
         for (std::size_t c = 0; c < of.mean.size(); ++c) {
-            model.means.push_back(kept_mean(of.mean[c]));
+            model.means.push_back(static_cast<float>(std::max(of.mean[c], 0.0)));
             model.contrasts.push_back(contrast_code(of.mean[c], of.deviation[c]));
         }
+    round_means(model.means);
 }
 
 void TexturesFitting::remark_invalid(BtfTexturesFit& fit) const {
@@ -212,6 +214,7 @@ BtfTexturesFit TexturesFitting::run() {
         segment(fit);
     else
         each(fit);
+    round_means(model.texture_means);
     if (model.match == BtfMatch::means) fill_tables(model);
     check(model);
     remark_invalid(fit);

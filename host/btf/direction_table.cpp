@@ -36,17 +36,19 @@ double steepest_view(const BtfMeasured& model) {
 }
 
 MeasuredDirections::MeasuredDirections(const BtfMeasured& model)
-    : white_(model.white), pairs_(direction_pairs(model)), points_(pairs_) {}
+    : pairs_(direction_pairs(model)), points_(pairs_) {}
 
 std::vector<double> MeasuredDirections::light(const std::vector<PairWeight>& of, const BtfDirection& light,
                                               const std::vector<float>& table) const {
     const std::size_t values = table.size() / pairs_.size();
     std::vector<double> result(values);
+    // A black picture is nearly so.
+    const double least = 1e-7 * static_cast<double>(std::ranges::max(table));
+    if (!(least > 0.0)) return result;
     for (const PairWeight& each : of) {
         const double upward = std::cos(pairs_[each.pair].light.theta);
         for (std::size_t i = 0; i < values; ++i) {
-            // A black picture is nearly so.
-            const double value = std::max(static_cast<double>(table[each.pair * values + i]), 1e-7 * white_);
+            const double value = std::max(static_cast<double>(table[each.pair * values + i]), least);
             result[i] += each.weight * std::log(value / upward);
         }
     }

@@ -43,7 +43,6 @@ class MeasuredDirections {
                                             const std::vector<float>& table) const;
 
   private:
-    double white_;
     std::vector<DirectionPair> pairs_;
     DirectionPoints points_;
 };

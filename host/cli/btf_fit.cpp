@@ -168,6 +168,10 @@ void run_fit(const BtfFitArguments& given) {
         files.writes(options.fit.part);
     }
     BtfSet set = open_told(options.set, options.reading);
+    if (const std::size_t missing = set.missing().size(); missing > 0)
+        warn(options.set + ": " + detail::counted(missing, "picture") + " of " +
+             std::to_string(set.views().size() * set.lights().size()) + (missing == 1 ? " is" : " are") +
+             " missing; the model makes them up (info --json names some)");
     if (!options.height.empty()) options.fit.height = read_height(options);
     Device device(options.device);
     BtfFit fit;

@@ -27,11 +27,16 @@ std::string bytes_text(std::uintmax_t bytes) {
     return number_text(value / 1e3) + " kB";
 }
 
-BtfFormat format_of_name(const fs::path& output) {
+/// \throws InputError where the name is neither a folder's nor a set's
+BtfFormat format_of_name(const fs::path& output, const std::string& asked) {
     const std::string extension = lower_extension(output);
     if (extension == ".tbig") return BtfFormat::tbig;
     if (extension == ".big") return BtfFormat::big;
     if (extension == ".mif") return BtfFormat::mif;
+    std::error_code error;
+    if (!extension.empty() && extension != ".zip" && !fs::is_directory(output, error))
+        throw InputError(asked, "no file of a set ends in '" + extension + "'",
+                         "use .tbig, .big, .mif or .zip; a folder's name may end in /");
     return BtfFormat::utia;
 }
 
@@ -130,7 +135,7 @@ void add_btf_writing(CLI::App& app, BtfWritingArguments& arguments) {
     add_positive(app, "--exposure", arguments.how.exposure,
                  "what linear light is multiplied by before it is stored; btf.json says so (default: 1)");
     app.add_flag("--overwrite", arguments.overwrite,
-                 "write into a folder that is not empty, and replace what has the same names");
+                 "write into a folder that is not empty, and replace files that have the same names");
 }
 
 namespace {
@@ -159,7 +164,7 @@ void check_outside(const std::string& asked, const std::string& output, const st
 void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::string>& inputs,
                        const BtfDescription& set) {
     const std::string asked = "write the BTF '" + arguments.output + "'";
-    arguments.how.format = arguments.format.value_or(format_of_name(arguments.output));
+    arguments.how.format = arguments.format ? *arguments.format : format_of_name(arguments.output, asked);
     std::error_code error;
     const fs::path output = fs::weakly_canonical(arguments.output, error);
     for (const std::string& input : inputs) {
@@ -170,6 +175,8 @@ void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::st
     if (fs::is_directory(arguments.output, error) && !fs::is_empty(arguments.output, error) &&
         !arguments.overwrite)
         throw InputError(asked, "the folder is not empty", "give a new one, or --overwrite");
+    if (fs::is_regular_file(arguments.output, error) && !arguments.overwrite)
+        throw InputError(asked, "the file exists", "give another name, or --overwrite");
     check_btf_output(arguments.output, set, arguments.how);
 }
 

@@ -6,11 +6,13 @@
 #include "btfield/btf_model.hpp"
 #include "btfield/btf_page.hpp"
 #include "btfield/device.hpp"
+#include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/btf_parts.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_names.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/run_files.hpp"
 
@@ -34,6 +36,8 @@ void run_view(const ViewArguments& options) {
     files.reads(options.model, "that is the model");
     files.writes_text(options.output);
     const std::string asked = "write '" + options.output + "'";
+    if (const std::string ending = lower_extension(options.output); ending != ".html" && ending != ".htm")
+        throw InputError(asked, "a page is an HTML file", "let its name end in .html");
     detail::check_output(options.output, asked);
     Device device(options.device);
     const BtfSynthesiser grown(device, model, options.size.value_or(model.size), options.seed,

@@ -49,7 +49,8 @@ std::optional<double> parse_positive(const std::string& text) {
     double number = 0.0;
     const char* const end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, number);
-    if (error != std::errc{} || stop != end || !(number > 0.0) || !std::isfinite(number)) return std::nullopt;
+    // Pictures are of single precision.
+    if (error != std::errc{} || stop != end || !(number >= 1e-30 && number <= 1e30)) return std::nullopt;
     return number;
 }
 
@@ -143,12 +144,14 @@ CLI::Option* add_crop(CLI::App& app, const std::string& name, std::optional<Crop
 }
 
 CLI::Option* add_positive(CLI::App& app, const std::string& name, double& value, const std::string& help) {
-    return add_parsed(app, name, value, help, parse_positive, "a number above 0")->type_name("X");
+    return add_parsed(app, name, value, help, parse_positive, "a number above 0, from 1e-30 to 1e30")
+        ->type_name("X");
 }
 
 CLI::Option* add_positive(CLI::App& app, const std::string& name, std::optional<double>& value,
                           const std::string& help) {
-    return add_parsed(app, name, value, help, parse_positive, "a number above 0")->type_name("X");
+    return add_parsed(app, name, value, help, parse_positive, "a number above 0, from 1e-30 to 1e30")
+        ->type_name("X");
 }
 
 CLI::Option* add_white(CLI::App& app, std::optional<double>& white) {

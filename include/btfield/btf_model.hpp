@@ -36,7 +36,8 @@ const SeenPlanes& seen_planes(const BtfSynthesiser& grown);
 /// the surface. U is kept of some pairs, and interpolated of the others (theory 21.3); m and the length of U
 /// follow from the contrast.
 struct BtfTables {
-    /// μ, [pair][colour]: mean of the picture, rounded to half precision. 0: a black one.
+    /// μ, [pair][colour]: mean of the picture, rounded to half precision where the largest is from 2⁻⁷ to
+    /// 65504. 0: a black one.
     std::vector<float> mean;
     /// [pair][colour], in units of log(4) / 127: logarithm of the standard deviation of I / μ to 2 |U|.
     std::vector<std::int8_t> contrast;

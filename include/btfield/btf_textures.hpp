@@ -46,9 +46,9 @@ struct BtfTextures : BtfMeasured {
     /// Of z = √(I / μ), I being the picture of `sources` and μ its means.
     std::vector<TextureModel> textures;
     std::vector<std::uint32_t> sources;  ///< [texture]: the pair whose picture it is a model of
-    std::vector<float> texture_means;    ///< [texture][colour]: μ, half precision
+    std::vector<float> texture_means;    ///< [texture][colour]: μ, rounded as those of BtfTables
     std::vector<std::uint16_t> labels;   ///< [pair]: its texture
-    /// [pair][colour], half precision, and coded as above; empty where nothing is matched.
+    /// [pair][colour], rounded likewise, and coded as above; empty where nothing is matched.
     std::vector<float> means;
     std::vector<std::uint8_t> contrasts;
 };

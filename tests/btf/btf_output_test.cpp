@@ -133,6 +133,17 @@ TEST(BtfOutput, ArchivesHoldFolders) {
     std::string changed = whole;
     changed[whole.find("tl000_pl000_tv015") + 400] ^= 1;
     EXPECT_TRUE(refused(changed));
+    // A file of it that claims to be larger than any picture is not unpacked at all.
+    std::string bomb = whole;
+    const std::size_t entry = bomb.find("PK\x01\x02");
+    for (const std::size_t field : {entry + 20, entry + 24}) bomb.replace(field, 4, "\xff\xff\xff\x7f");
+    test::put_bytes(folder / "bad.zip", bomb);
+    try {
+        static_cast<void>(BtfSet::open(folder / "bad.zip"));
+        ADD_FAILURE() << "2 GB were taken";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("unpack the archive"), std::string::npos) << error.what();
+    }
     // Nothing is left of an archive that fails.
     BtfWriteOptions options;
     options.format = BtfFormat::spectral;

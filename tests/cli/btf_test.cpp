@@ -160,6 +160,19 @@ TEST_F(CliBtf, ConvertsBetweenFormats) {
     expect_failure({"btf", "convert", at("set"), "-o", at("x.mif"), "--exposure", "2"}, 1,
                    "the exposure is not 1");
     EXPECT_FALSE(fs::exists(at("x.mif")));
+    // Names that were meant to be something else are no folders; what is there stays.
+    for (const char* name : {"x.tbgi", "x.png", "x.btf"})
+        expect_failure({"btf", "convert", at("set"), "-o", at(name)}, 1, "no file of a set ends in");
+    const std::string before = test::bytes_of(at("set.tbig"));
+    const Words again{"btf", "convert", at("set"), "-o", at("set.tbig"), "--view-stride", "2"};
+    expect_failure(again, 1, "the file exists");
+    EXPECT_EQ(test::bytes_of(at("set.tbig")), before);
+    Words over = again;
+    over.emplace_back("--overwrite");
+    static_cast<void>(expect_object(over));
+    EXPECT_LT(fs::file_size(at("set.tbig")), before.size());
+    static_cast<void>(expect_object({"btf", "convert", at("set"), "-o", at("bark.v2/")}));
+    EXPECT_TRUE(fs::is_regular_file(at("bark.v2/btf.json")));
 }
 
 TEST_F(CliBtf, WhatCannotBeMadeIsOneLine) {
@@ -430,6 +443,7 @@ TEST_F(CliBtfShown, MakesAPage) {
     expect_failure({"btf", "view", at("m.btfm"), "-o", at("x.html"), "--planes", "5"}, 1, "the model has 4");
     expect_failure({"btf", "view", at("m.btfm"), "-o", at("m.btfm")}, 1, "that is the model");
     expect_failure({"btf", "view", at("m.btfm"), "-o", at("nowhere/x.html")}, 1, "nowhere");
+    expect_failure({"btf", "view", at("m.btfm"), "-o", at("x.png")}, 1, "HTML");
     EXPECT_FALSE(fs::exists(at("x.html")));
     const Words render{"btf", "render", at("m.btfm"), "-o", at("x.png")};
     const auto refused = [&](const Words& more, int code, const std::string& part) {
@@ -442,6 +456,7 @@ TEST_F(CliBtfShown, MakesAPage) {
     refused({"--light", "0,0:30"}, 2, "--light");
     refused({"--view", "89.5,0"}, 1, "89 degrees");
     refused({"--gamma", "0"}, 2, "--gamma");
+    refused({"--exposure", "1e300"}, 2, "--exposure");
     refused({"--shape", "cube"}, 2, "plane|sphere");
     expect_failure({"btf", "render", at("m.btfm"), "-o", at("x.exr"), "--gamma", "2.2"}, 2, "linear light");
     EXPECT_FALSE(fs::exists(at("x.png")));

@@ -16,8 +16,8 @@
 namespace btfield::detail {
 namespace {
 
-/// Of one file: a picture has at most this.
-constexpr std::uint64_t largest_content = std::uint64_t{1} << 32U;
+/// Of one file: it is unpacked in memory, on trust.
+constexpr std::uint64_t largest_content = std::uint64_t{1} << 29U;
 /// Deflate packs 1032 times at best.
 constexpr std::uint64_t tightest = 1100;
 
@@ -76,7 +76,12 @@ class OpenArchive : public ZipArchive {
             return;
         const std::string name = stat.name;
         if (name.empty() || name.back() == '/') return;
-        if (stat.size > largest_content || stat.size > tightest * (stat.comp_size + 1))
+        if (stat.size > largest_content)
+            throw InputError(asked,
+                             "a file of it claims " + std::to_string(stat.size) + " bytes, above " +
+                                 std::to_string(largest_content),
+                             "unpack the archive and give the folder");
+        if (stat.size > tightest * (stat.comp_size + 1))
             throw InputError(asked,
                              "a file of it claims " + std::to_string(stat.size) + " bytes, packed in " +
                                  std::to_string(stat.comp_size),
