@@ -34,20 +34,24 @@ class Gallery:
         return json.loads(done.stdout)
 
     def publish(self, picture, name):
-        """A piece of a picture, as large as all others."""
+        """Shows a piece of a picture, as large as all others; the piece itself."""
+        piece = self.work / "piece.png"
         with Image.open(picture) as image:
-            image.convert("RGB").crop((0, 0, SIDE, SIDE)).save(self.folder / name, quality=88)
+            part = image.crop((0, 0, SIDE, SIDE))
+            part.save(piece)
+            part.convert("RGB").save(self.folder / name, quality=88)
+        return piece
 
     def row(self, title, note, sample, model, grown):
         """Shows a texture, and holds it against its sample."""
         name = f"{sample.stem}-{title}.jpg"
-        self.publish(grown, name)
+        piece = self.publish(grown, name)
         told = self.run("compare", sample, grown)
-        colours = self.run("memd", sample, grown)
+        colours = self.run("memd", sample, piece)
         ratios = [plane["std_ratio"] for plane in told["planes"] if plane["std_ratio"] is not None]
         size = f"{model.stat().st_size / 1e3:.1f} kB" if model else "the sample"
         figures = [
-            f"{100 * colours['memd_star']:.2f} %",
+            f"{colours['memd_star']:.2f} %",
             f"{min(ratios):.3f}–{max(ratios):.3f}",
             f"{told['lag_covariance_error']:.3f}",
             "–" if told["structure_distance"] is None else f"{told['structure_distance']:.3f}",
@@ -122,15 +126,15 @@ class Gallery:
             "# Gallery",
             "",
             f"Samples of {SIDE} × {SIDE} pixels and what was grown of them: {2 * SIDE} × {2 * SIDE} pixels each, of which the",
-            "left upper quarter is shown, with its own pixels. The figures hold the whole texture against the sample:",
-            "[MEMD*](colour-criteria.md), the smallest and largest ratio of deviations among planes, the median error of",
-            "covariances and the [structure distance](theory.md#155-structure); the last column is the model file's size.",
+            "left upper quarter is shown. The figures hold the texture against the sample: [MEMD*](colour-criteria.md) that",
+            "quarter, the others the whole: smallest and largest ratio of deviations among planes, error of covariances by",
+            "lag, and [structure distance](theory.md#155-structure); the last column is the model file's size.",
             "",
             "    btfield fit cork.png --all models/ --levels 3",
             "    btfield synth models/cork-3d-car.json -o grown.png --size 512      and so on for the other nine",
             "    btfield compound fit cork.png -o cork.btfm && btfield synth cork.btfm -o grown.png --size 512",
             "    btfield roll cork.png -o grown.png --size 512",
-            "    btfield compare cork.png grown.png --json; btfield memd cork.png grown.png --json",
+            "    btfield compare cork.png grown.png --json; btfield memd cork.png quarter.png --json",
             "",
         ]
         for name in MATERIALS:
