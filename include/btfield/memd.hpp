@@ -62,8 +62,9 @@ struct Memd {
     double search_seconds = 0.0;  ///< without the preparation of A
 };
 
-/// MEMD(A, B): pixels of A in raster order; each takes the nearest pixel of B that is not yet taken, the one of
-/// lowest raster index among equals; mean over min(|A|, |B|) local errors. Sizes may differ, planes may not.
+/// MEMD(A, B): pixels of A in raster order; each takes the nearest pixel of B that is not yet taken, the one
+/// of lowest raster index among equals; mean over min(|A|, |B|) local errors. Sizes may differ, planes may
+/// not.
 ///
 /// The value is defined to the bit, and every device gives it: colours are y = v · (255 / white) in float32
 /// (the quotient rounded to float32 first), |y| < 2⁻³⁹ counts as 0; |y_A − y_B|, its square and the sum in
