@@ -7,8 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "btfield/image_io.hpp"
+#include "btfield/error.hpp"
 #include "host/cli/output_names.hpp"
+#include "host/pictures/picture_names.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -43,19 +44,26 @@ Colour false_colour(float error, float largest) {
 
 }  // namespace
 
-void check_error_map(const std::filesystem::path& path) {
-    if (holds_values(path)) {
-        check_writable(path, 1, PixelType::float32, PixelType::float32);
-    } else {
-        check_writable(path, 3, PixelType::uint8);
+void check_error_map(const std::filesystem::path& path, std::optional<PixelType> type) {
+    if (!holds_values(path)) {
+        check_writable(path, 3, PixelType::uint8, type.value_or(PixelType::uint8));
+        return;
     }
+    const PixelType stored = type.value_or(PixelType::float32);
+    if (stored != PixelType::float32 && stored != PixelType::half)
+        throw InputError(
+            "write the map '" + path.string() + "' as " + std::string(name(stored)),
+            "errors are from 0 to 255 and more, with -1 for none; whole numbers are shares of white",
+            "use --type half or float, or a PNG in false colours");
+    check_writable(path, 1, PixelType::float32, stored);
 }
 
-void write_error_map(const std::filesystem::path& path, Size size, std::span<const float> errors) {
+void write_error_map(const std::filesystem::path& path, Size size, std::span<const float> errors,
+                     std::optional<PixelType> type) {
     if (holds_values(path)) {
         Image values(size, 1);
         std::copy(errors.begin(), errors.end(), values.values().begin());
-        write_picture(path, values, PixelType::float32, PixelType::float32);
+        write_picture(path, values, PixelType::float32, type.value_or(PixelType::float32));
         return;
     }
     const float largest = *std::max_element(errors.begin(), errors.end());
@@ -64,7 +72,7 @@ void write_error_map(const std::filesystem::path& path, Size size, std::span<con
         const Colour colour = false_colour(errors[pixel], largest);
         for (int p = 0; p < 3; ++p) colours.plane(p)[pixel] = colour[static_cast<std::size_t>(p)];
     }
-    write_picture(path, colours, PixelType::uint8);
+    write_picture(path, colours, PixelType::uint8, type.value_or(PixelType::uint8));
 }
 
 }  // namespace btfield::cli

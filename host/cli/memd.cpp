@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
@@ -28,6 +29,7 @@ struct MemdArguments {
     Metric metric = Metric::max;
     std::optional<double> white;
     ReadOptions reading;
+    WritingArguments writing;
     bool both = false, overwrite = false;
     bool json = false;
 };
@@ -79,12 +81,14 @@ void report_text(const MemdArguments& options, const MemdOptions& used, bool hdr
 
 void run(const MemdArguments& options) {
     const Stopwatch total;
+    if (options.map.empty() && options.writing.type)
+        throw UsageError("--type is of the file that --map names, and there is none");
     if (!options.map.empty()) {
         RunFiles files(options.overwrite, options.json);
         files.reads(options.a);
         files.reads(options.b);
         files.writes(options.map);
-        check_error_map(options.map);
+        check_error_map(options.map, options.writing.type);
     }
     const Picture a = read_told(options.a, options.reading), b = read_told(options.b, options.reading);
     warn_of_unlike_spaces(options.a, a.image, options.b, b.image);
@@ -101,7 +105,8 @@ void run(const MemdArguments& options) {
         turned.local_errors = false;
         back = memd(device, b.image, a.image, turned);
     }
-    if (!options.map.empty()) write_error_map(options.map, a.image.size(), forward.local_errors);
+    if (!options.map.empty())
+        write_error_map(options.map, a.image.size(), forward.local_errors, options.writing.type);
     if (options.json) {
         report_json(options, used, a.image.planes(), forward, back, device.info().name, total);
     } else {
@@ -134,6 +139,7 @@ void add_memd(CLI::App& app, Action& action) {
             "pixels; PNG in false colours, magenta where it did")
         ->type_name("FILE");
     add_reading(*command, options->reading);
+    add_writing(*command, options->writing, false);
     add_device(*command, options->device);
     add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);

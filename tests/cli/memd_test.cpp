@@ -65,6 +65,15 @@ TEST(CliMemd, MapsLocalErrors) {
     EXPECT_EQ(map.at(0, 0, 0), 1.0F);
     EXPECT_EQ(map.at(0, 0, 1), 3.0F);
     EXPECT_EQ(map.at(0, 0, 2), -1.0F);
+    const std::string halves = (folder / "half.exr").string();
+    EXPECT_EQ(btfield({"memd", a, b, "--map", halves, "--type", "half"}).code, 0);
+    EXPECT_EQ(read_picture(halves).type, PixelType::half);
+    EXPECT_EQ(read_picture(halves).image.at(0, 0, 1), 3.0F);
+    expect_failure({"memd", a, b, "--map", (folder / "x.tif").string(), "--type", "uint16"}, 1,
+                   "half or float");
+    expect_failure({"memd", a, b, "--map", (folder / "x.png").string(), "--type", "float"}, 1, "x.png");
+    expect_failure({"memd", a, b, "--type", "half"}, 2, "--map");
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.tif"));
     EXPECT_EQ(btfield({"memd", a, b, "--map", colours}).code, 0);
     const Image shown = read_picture(colours).image;
     ASSERT_EQ(shown.planes(), 3);
