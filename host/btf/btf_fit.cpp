@@ -42,7 +42,7 @@ struct Shares {
     std::vector<BtfPair> left_out;
 };
 
-Shares share_out(const BtfSet& set, int leave_out) {
+Shares share_out(const BtfSet& set, const BtfLeaveOut& leave_out) {
     Shares shares;
     shares.lights.resize(set.views().size());
     for (const BtfPair& pair : set.pictures()) {

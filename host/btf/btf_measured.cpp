@@ -49,13 +49,17 @@ void describe(BtfMeasured& model, const BtfSet& set) {
     model.file_bytes = what.bytes;
 }
 
-bool is_left_out(const BtfPair& pair, int leave_out) {
-    return leave_out > 0 && (pair.view + pair.light) % leave_out == leave_out - 1;
+bool is_left_out(const BtfPair& pair, const BtfLeaveOut& leave_out) {
+    const auto is_last = [](int index, int every) { return every > 0 && index % every == every - 1; };
+    return is_last(pair.view + pair.light, leave_out.pairs) || is_last(pair.view, leave_out.views) ||
+           is_last(pair.light, leave_out.lights);
 }
 
-void check_leave_out(int leave_out) {
-    if (leave_out < 0 || leave_out == 1)
-        throw InputError("fit a BTF", "every picture would be left out", "leave out every second or fewer");
+void check_leave_out(const BtfLeaveOut& leave_out) {
+    for (const int every : {leave_out.pairs, leave_out.views, leave_out.lights})
+        if (every < 0 || every == 1)
+            throw InputError("fit a BTF", "every picture would be left out",
+                             "leave out every second or fewer");
 }
 
 void refuse_model(const std::string& found) {

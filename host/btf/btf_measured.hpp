@@ -10,11 +10,11 @@ namespace btfield::detail {
 /// All but pairs and true lights.
 void describe(BtfMeasured& model, const BtfSet& set);
 
-/// Whether a pair is kept from a fit: other lights of each view, so that none is missed altogether.
-[[nodiscard]] bool is_left_out(const BtfPair& pair, int leave_out);
+/// Whether a pair is kept from a fit.
+[[nodiscard]] bool is_left_out(const BtfPair& pair, const BtfLeaveOut& leave_out);
 
 /// \throws InputError where leave_out leaves nothing
-void check_leave_out(int leave_out);
+void check_leave_out(const BtfLeaveOut& leave_out);
 
 /// Pairs are numbered view by view.
 [[nodiscard]] std::size_t place_of(const BtfMeasured& model, const BtfPair& pair);

@@ -22,7 +22,7 @@ ordered_json fingerprint(const BtfTexturesOptions& options) {
     const FitOptions& field = options.field;
     ordered_json value;
     value["method"] = name(options.method);
-    value["leave_out"] = options.leave_out;
+    value["leave_out"] = {options.leave_out.pairs, options.leave_out.views, options.leave_out.lights};
     value["model"] = field.choose_model ? "auto" : std::string(name(field.model));
     value["order"] = field.order;
     value["neighbourhood"] =

@@ -20,10 +20,10 @@ struct ViewHead {
     std::uint64_t view = 0, rows = 0, rank = 0, pixels = 0;
 };
 
-nlohmann::ordered_json options_of(int leave_out, int rank) {
+nlohmann::ordered_json options_of(const BtfLeaveOut& leave_out, int rank) {
     nlohmann::ordered_json value;
     value["method"] = name(BtfMethod::joint);
-    value["leave_out"] = leave_out;
+    value["leave_out"] = {leave_out.pairs, leave_out.views, leave_out.lights};
     value["rank"] = rank;
     return value;
 }
@@ -56,7 +56,8 @@ class Reals {
 
 }  // namespace
 
-ViewsPart::ViewsPart(const std::filesystem::path& path, const BtfSet& set, int leave_out, int rank)
+ViewsPart::ViewsPart(const std::filesystem::path& path, const BtfSet& set, const BtfLeaveOut& leave_out,
+                     int rank)
     : file_(path, set, options_of(leave_out, rank)), pixels_(area(set.size())), rank_(rank) {
     for (const PartRecord& record : file_.records()) {
         if (record.bytes < sizeof(ViewHead)) continue;

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "btfield/btf_measured.hpp"
 #include "host/btf/part_file.hpp"
 #include "host/btf/reduced_view.hpp"
 
@@ -19,7 +20,7 @@ class ViewsPart {
     /// \param path  empty: nothing is kept
     /// \param rank  of the views at most
     /// \throws InputError as PartFile
-    ViewsPart(const std::filesystem::path& path, const BtfSet& set, int leave_out, int rank);
+    ViewsPart(const std::filesystem::path& path, const BtfSet& set, const BtfLeaveOut& leave_out, int rank);
 
     /// What the file holds of a view, if it fits so many rows.
     [[nodiscard]] std::optional<ReducedView> find(std::size_t view, std::size_t rows) const;

@@ -295,8 +295,12 @@ void add_btf_fit(CLI::App& parent, Action& action) {
                "means)");
     add_int(*command, "--jobs", options->jobs, 1, 1024,
             "each: pictures that are fitted at a time (default: as many as there are cores)");
-    add_int(*command, "--leave-out", fit.leave_out, 0, 1 << 20,
+    add_int(*command, "--leave-out", fit.leave_out.pairs, 0, 1 << 20,
             "do not show a picture in n to the fit, and tell how well those are made up");
+    add_int(*command, "--leave-out-views", fit.leave_out.views, 0, 1 << 20,
+            "nor any picture of every n-th view");
+    add_int(*command, "--leave-out-lights", fit.leave_out.lights, 0, 1 << 20,
+            "nor any picture of every n-th light");
     command
         ->add_option(
             "--table-error", fit.table_error,

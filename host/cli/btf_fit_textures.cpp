@@ -174,7 +174,8 @@ void run_textures_fit(const TexturesFitArguments& given) {
                 what += ", " + number_text(all * done / seconds) + "/s";
                 if (done > 0.0) what += ", " + seconds_text(seconds * (1.0 - share) / done) + " left";
             }
-            progress.show(textures_share(options.fit.method, options.fit.leave_out > 0, stage, share), what);
+            progress.show(textures_share(options.fit.method, options.fit.leave_out.any(), stage, share),
+                          what);
         };
         fit = fit_btf_textures(device, set, options.fit);
     }

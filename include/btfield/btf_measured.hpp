@@ -26,6 +26,14 @@ enum class BtfMethod {
 /// \throws InputError for any other text, listing those that exist
 [[nodiscard]] BTFIELD_API BtfMethod btf_method(std::string_view name);
 
+/// Pictures that a fit is not shown, but scored by. 0: none.
+struct BtfLeaveOut {
+    int pairs = 0;   ///< one in n: those whose indices of view and light add up to a multiple of n, less 1
+    int views = 0;   ///< of every n-th view all
+    int lights = 0;  ///< of every n-th light all
+    [[nodiscard]] bool any() const { return pairs > 0 || views > 0 || lights > 0; }
+};
+
 struct BtfMeasured {
     Size size;        ///< of the pictures
     int colours = 0;  ///< planes of a picture

@@ -98,9 +98,7 @@ struct BtfFitOptions {
     bool find_scale = false;  ///< whatever relief there is
     /// Pictures continue beyond their edges: made sets, and tori.
     bool periodic = false;
-    /// A pair in n is not shown to the fit: those whose indices of view and light add up to a multiple of n,
-    /// less 1. 0: all are.
-    int leave_out = 0;
+    BtfLeaveOut leave_out;
     /// U is kept of so few pairs that interpolation is off by at most this share of `unexplained`.
     /// 0: of all.
     double table_error = 0.2;

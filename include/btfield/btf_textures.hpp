@@ -69,8 +69,7 @@ struct BtfTexturesOptions {
     int clusters = 20;  ///< of segment: 1 to 128
     BtfMatch match = BtfMatch::means;
     FitOptions field;  ///< of the textures
-    /// A pair in n is not shown to the fit, as BtfFitOptions::leave_out has it.
-    int leave_out = 0;
+    BtfLeaveOut leave_out;
     /// Pictures that are fitted at a time, as far as thread_limit() has threads; 0: as many as it has.
     int jobs = 0;
     /// Of each: what is done goes to this file, and what it holds when the fit begins is not done again: a

@@ -157,7 +157,7 @@ TEST_F(BtfModelled, PicturesOfTheSurfaceAreThoseOfTheSet) {
 
 TEST_F(BtfModelled, DirectionsThatItWasNotShownAreMadeUp) {
     BtfFitOptions how = options();
-    how.leave_out = 7;
+    how.leave_out.pairs = 7;
     const BtfFit fit = fit_btf(device_, *set_, how);
     ASSERT_TRUE(fit.score.has_value());
     EXPECT_NEAR(static_cast<double>(fit.score->pairs.size()), 17.0 * 17.0 / 7.0, 2.0);
@@ -166,6 +166,23 @@ TEST_F(BtfModelled, DirectionsThatItWasNotShownAreMadeUp) {
     EXPECT_LE(fit.score->model.median, 0.6 * fit.score->neighbours.median);
     EXPECT_LE(fit.score->neighbours.median, fit.score->nearest.median);
     EXPECT_LE(fit.score->model.mean_error, 0.02);
+}
+
+TEST_F(BtfModelled, WholeViewsAndLightsAreMadeUp) {
+    BtfFitOptions how = options();
+    how.leave_out.views = 6;
+    how.leave_out.lights = 8;
+    const BtfFit fit = fit_btf(device_, *set_, how);
+    // Views 5 and 11, lights 7 and 15.
+    ASSERT_TRUE(fit.score.has_value());
+    EXPECT_EQ(fit.score->pairs.size(), 2U * 17U + 2U * 15U);
+    for (const BtfPair& pair : fit.model.pairs) {
+        EXPECT_NE(pair.view % 6, 5);
+        EXPECT_NE(pair.light % 8, 7);
+    }
+    EXPECT_LE(fit.score->model.median, 0.4);
+    EXPECT_LE(fit.score->model.median, 0.6 * fit.score->neighbours.median);
+    EXPECT_LE(fit.score->model.mean_error, 0.03);
 }
 
 TEST_F(BtfModelled, MissingPicturesAreMadeUpToo) {
@@ -425,7 +442,9 @@ TEST_F(BtfModelled, WhatCannotBeMetIsRefused) {
     };
     refused([](BtfFitOptions& o) { o.planes = 0; });
     refused([](BtfFitOptions& o) { o.planes = 61; });
-    refused([](BtfFitOptions& o) { o.leave_out = 1; });
+    refused([](BtfFitOptions& o) { o.leave_out.pairs = 1; });
+    refused([](BtfFitOptions& o) { o.leave_out.views = 1; });
+    refused([](BtfFitOptions& o) { o.leave_out.lights = -1; });
     refused([](BtfFitOptions& o) { o.scale = -1.0; });
     refused([](BtfFitOptions& o) { o.height = Image({8, 8}, 1); });
     refused([](BtfFitOptions& o) {

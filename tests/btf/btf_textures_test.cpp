@@ -251,7 +251,7 @@ TEST_F(BtfTextured, PartsOfOtherFitsAreRefused) {
     other.field.order = 2;
     refused(set_, other, "other options");
     other = options;
-    other.leave_out = 5;
+    other.leave_out.pairs = 5;
     refused(set_, other, "other options");
     // The same directions, other pictures.
     refused(BtfSet(std::make_shared<KindsOfPictures>(3, 7)), options, "another set");
@@ -399,7 +399,7 @@ TEST_F(BtfTextured, WhatCannotBeMetIsRefused) {
     };
     refused([](BtfTexturesOptions& o) { o.clusters = 0; });
     refused([](BtfTexturesOptions& o) { o.clusters = 129; });
-    refused([](BtfTexturesOptions& o) { o.leave_out = 1; });
+    refused([](BtfTexturesOptions& o) { o.leave_out.pairs = 1; });
     refused([](BtfTexturesOptions& o) { o.jobs = -1; });
     refused([](BtfTexturesOptions& o) { o.method = BtfMethod::joint; });
     refused([](BtfTexturesOptions& o) {
@@ -420,7 +420,7 @@ TEST_F(BtfTextured, WhatCannotBeMetIsRefused) {
 
 TEST_F(BtfTextured, PicturesLeftOutAreScored) {
     BtfTexturesOptions options = quick(BtfMethod::segment);
-    options.leave_out = 5;
+    options.leave_out.pairs = 5;
     const BtfTexturesFit fit = fit_btf_textures(device_, set_, options);
     ASSERT_TRUE(fit.score.has_value());
     EXPECT_EQ(fit.model.pairs.size() + fit.score->pairs.size(), static_cast<std::size_t>(views * lights));

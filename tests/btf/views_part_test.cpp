@@ -134,7 +134,7 @@ bool same(const ReducedView& a, const ReducedView& b) {
 
 TEST_F(BtfPart, FitsThatEndedEarlyGoOn) {
     BtfFitOptions options = quick();
-    options.leave_out = 5;
+    options.leave_out.pairs = 5;
     const std::string whole = bytes(fit_btf(device_, set_, options).model);
     options.part = part_;
     // One picture tells the part what set it is of, those left out are compared in the end.
@@ -146,7 +146,7 @@ TEST_F(BtfPart, FitsThatEndedEarlyGoOn) {
             if (now == stage && share >= least) throw Enough();
         };
         EXPECT_THROW(static_cast<void>(fit_btf(device_, set_, options)), Enough);
-        ViewsPart part(part_, set_, 5, 2 * options.planes + 16);
+        ViewsPart part(part_, set_, {.pairs = 5}, 2 * options.planes + 16);
         int found = 0;
         for (std::size_t v = 0; v < views; ++v) found += part.find(v, (lights - 1) * colours).has_value();
         EXPECT_EQ(found, there) << stage << " " << least;
@@ -204,7 +204,7 @@ TEST_F(BtfPart, PartsOfOtherFitsAreRefused) {
     other.planes = 4;
     refused(set_, other, "other options");
     other = options;
-    other.leave_out = 4;
+    other.leave_out.pairs = 4;
     refused(set_, other, "other options");
     // The same directions, other pictures.
     refused(BtfSet(std::make_shared<CountedPictures>(7)), options, "another set");
@@ -212,7 +212,7 @@ TEST_F(BtfPart, PartsOfOtherFitsAreRefused) {
     some.pixel_stride = 2;
     refused(BtfSet(source_, some), options, "another set");
     {
-        const ViewsPart open(part_, set_, 0, 2 * options.planes + 16);
+        const ViewsPart open(part_, set_, {}, 2 * options.planes + 16);
         refused(set_, options, "another fit is at it");
     }
     BtfTexturesOptions textures(BtfMethod::each);
@@ -312,7 +312,7 @@ std::string damaged(std::string bytes, std::mt19937& random) {
 TEST_F(BtfPart, DamageNeverShows) {
     std::vector<ReducedView> truth;
     {
-        ViewsPart part(part_, set_, 0, rank);
+        ViewsPart part(part_, set_, {}, rank);
         for (std::size_t v = 0; v < views; ++v) {
             truth.push_back(reduced(static_cast<int>(v)));
             EXPECT_TRUE(same(part.kept(v, truth[v]), truth[v]));
@@ -325,7 +325,7 @@ TEST_F(BtfPart, DamageNeverShows) {
     for (int round = 0; round < 300; ++round) {
         test::put_bytes(part_, damaged(good, random));
         try {
-            ViewsPart part(part_, set_, 0, rank);
+            ViewsPart part(part_, set_, {}, rank);
             ++opened;
             for (std::size_t v = 0; v < views; ++v) {
                 const auto view = part.find(v, lights * colours);
@@ -337,7 +337,7 @@ TEST_F(BtfPart, DamageNeverShows) {
             continue;
         }
         // What is written after damage is there the next time.
-        const ViewsPart part(part_, set_, 0, rank);
+        const ViewsPart part(part_, set_, {}, rank);
         const auto view = part.find(0, lights * colours);
         ASSERT_TRUE(view.has_value()) << round;
         EXPECT_TRUE(same(*view, truth[0]));
@@ -349,7 +349,7 @@ TEST_F(BtfPart, DamageNeverShows) {
 
 TEST_F(BtfPart, RecordsThatTellNonsenseAreNoViews) {
     {
-        ViewsPart part(part_, set_, 0, rank);
+        ViewsPart part(part_, set_, {}, rank);
         static_cast<void>(part.kept(0, reduced(0)));
     }
     const std::string good = test::bytes_of(part_);
@@ -367,7 +367,7 @@ TEST_F(BtfPart, RecordsThatTellNonsenseAreNoViews) {
         bytes.append(summed, 0, 8).append(reinterpret_cast<const char*>(&sum), 8).append(payload);
         bytes.append((8 - payload.size() % 8) % 8, '\0');
         test::put_bytes(part_, bytes);
-        const ViewsPart part(part_, set_, 0, rank);
+        const ViewsPart part(part_, set_, {}, rank);
         return part.find(0, lights * colours).has_value();
     };
     const std::string payload = good.substr(record, length);
