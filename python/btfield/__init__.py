@@ -20,3 +20,10 @@ _drivers.find()
 
 from ._btfield import *  # noqa: E402, F403
 from ._btfield import __version__ as __version__  # noqa: E402
+from ._pictures import bytes_of, linear_of, srgb_of, unit_of  # noqa: E402
+from ._sets import open_btf  # noqa: E402
+
+for _name, _value in list(globals().items()):
+    if getattr(_value, "__module__", None) == "btfield._btfield" and isinstance(_value, type):
+        _value.__module__ = "btfield"
+del _name, _value

@@ -62,7 +62,7 @@ ArrayPicture read_array(const PictureObject& picture, const std::string& asked, 
     AnyArray array;
     if (nb::ndarray_check(picture.object)) nb::try_cast(picture.object, array, false);
     if (!array.is_valid()) {
-        const auto type = nb::cast<std::string>(nb::str(picture.object.type()));
+        const auto type = nb::cast<std::string>(nb::str(picture.object.type().attr("__name__")));
         throw InputError(asked, "the picture is a " + type + ", or an array that cannot be read", remedy);
     }
     const bool bytes = array.dtype() == nb::dtype<std::uint8_t>();

@@ -30,8 +30,8 @@ using AnyModel = std::variant<TextureModel, CompoundModel, BtfModel, BtfTextures
 [[nodiscard]] AnyModel model_of_bytes(std::string_view bytes, const std::string& asked);
 
 /// Adds to the class of a model what all of them can: to_json(), to_bytes(), equality, pickling.
-template <class Model>
-void add_bytes(nb::class_<Model>& type) {
+template <class Model, class... Others>
+void add_bytes(nb::class_<Model, Others...>& type) {
     type.def(
             "to_json", [](const Model& self) { return bytes_of(self, false); },
             "The text of the model's JSON file. Numbers keep all their bits.\n\nRaises InputError for a model\n"
