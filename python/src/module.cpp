@@ -66,6 +66,7 @@ NB_MODULE(_btfield, module) {
     add_models(module);
     add_fit(module);
     add_synthesis(module);
+    add_noise(module);
     add_criteria(module);
     add_roller(module);
     add_compound(module);

@@ -14,6 +14,7 @@ void add_fields(nanobind::module_& module);
 void add_models(nanobind::module_& module);
 void add_fit(nanobind::module_& module);
 void add_synthesis(nanobind::module_& module);
+void add_noise(nanobind::module_& module);
 void add_criteria(nanobind::module_& module);
 void add_roller(nanobind::module_& module);
 void add_compound(nanobind::module_& module);
