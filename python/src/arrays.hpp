@@ -38,8 +38,8 @@ struct ArrayPicture {
                                     const std::string& space = "auto") {
     return read_array(picture, asked, space).image;
 }
-[[nodiscard]] std::vector<Image> images_of(const std::vector<PictureObject>& pictures, const std::string& asked,
-                                           const std::string& space = "auto");
+[[nodiscard]] std::vector<Image> images_of(const std::vector<PictureObject>& pictures,
+                                           const std::string& asked, const std::string& space = "auto");
 
 /// H x W x d float32, read and written; takes the image's memory along.
 [[nodiscard]] nb::object array_of(Image image);
@@ -89,7 +89,9 @@ template <>
 struct type_caster<btfield::Image> {
     NB_TYPE_CASTER(btfield::Image, const_name("numpy.typing.NDArray[numpy.float32]"))
 
-    bool from_python(handle /*from*/, std::uint32_t /*flags*/, cleanup_list* /*list*/) noexcept { return false; }
+    bool from_python(handle /*from*/, std::uint32_t /*flags*/, cleanup_list* /*list*/) noexcept {
+        return false;
+    }
     template <class T>
     static handle from_cpp(T&& image, rv_policy /*policy*/, cleanup_list* /*list*/) noexcept {
         try {

@@ -149,7 +149,8 @@ struct type_caster<btfield::BtfPair> {
         value = {numbers[0], numbers[1]};
         return true;
     }
-    static handle from_cpp(const btfield::BtfPair& pair, rv_policy /*policy*/, cleanup_list* /*list*/) noexcept {
+    static handle from_cpp(const btfield::BtfPair& pair, rv_policy /*policy*/,
+                           cleanup_list* /*list*/) noexcept {
         return Py_BuildValue("(ii)", pair.view, pair.light);
     }
 };

@@ -34,7 +34,8 @@ template <class Model, class... Others>
 void add_bytes(nb::class_<Model, Others...>& type) {
     type.def(
             "to_json", [](const Model& self) { return bytes_of(self, false); },
-            "The text of the model's JSON file. Numbers keep all their bits.\n\nRaises InputError for a model\n"
+            "The text of the model's JSON file. Numbers keep all their bits.\n\nRaises InputError for a "
+            "model\n"
             "that contradicts itself.")
         .def(
             "to_bytes",
@@ -42,7 +43,8 @@ void add_bytes(nb::class_<Model, Others...>& type) {
                 const std::string bytes = bytes_of(self, true);
                 return nb::bytes(bytes.data(), bytes.size());
             },
-            "The bytes of the model's .btfm file (CBOR); from_bytes() is the inverse.\n\nRaises InputError for a\n"
+            "The bytes of the model's .btfm file (CBOR); from_bytes() is the inverse.\n\nRaises InputError "
+            "for a\n"
             "model that contradicts itself.")
         .def(
             "__eq__",

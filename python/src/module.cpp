@@ -14,7 +14,8 @@ void set_fields(nb::handle object, const nb::kwargs& keywords) {
             const nb::object near = nb::module_::import_("difflib").attr("get_close_matches")(
                 keyword, nb::module_::import_("builtins").attr("dir")(object.type()), 1);
             std::string text = "'" + word + "' is no field of " + type;
-            if (nb::len(near) > 0) text += ", did you mean '" + nb::cast<std::string>(nb::str(near[0])) + "'?";
+            if (nb::len(near) > 0)
+                text += ", did you mean '" + nb::cast<std::string>(nb::str(near[0])) + "'?";
             throw nb::type_error(text.c_str());
         }
         nb::setattr(object, keyword, value);
@@ -27,7 +28,8 @@ namespace {
 void raise(const Error& error, const char* type, const std::string& log) {
     try {
         const nb::object made = nb::module_::import_("btfield._errors").attr(type);
-        PyErr_SetObject(made.ptr(), made(error.asked(), error.found(), error.remedy(), error.what(), log).ptr());
+        PyErr_SetObject(made.ptr(),
+                        made(error.asked(), error.found(), error.remedy(), error.what(), log).ptr());
     } catch (nb::python_error& failed) {
         failed.restore();
     }

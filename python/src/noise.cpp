@@ -11,7 +11,8 @@ namespace {
 
 Image noise(Device& device, Size size, int planes, std::uint64_t seed, int level) {
     if (level < 0 || level > 255)
-        throw InputError("draw noise", "there is no level " + std::to_string(level), "give one from 0 to 255");
+        throw InputError("draw noise", "there is no level " + std::to_string(level),
+                         "give one from 0 to 255");
     Image image(size, planes);
     const std::vector<std::array<std::uint32_t, 2>> key{
         {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
@@ -25,12 +26,16 @@ Image noise(Device& device, Size size, int planes, std::uint64_t seed, int level
 }  // namespace
 
 void add_noise(nb::module_& module) {
-    module.def("noise", [](PyDevice& device, Size size, int planes, std::uint64_t seed, int level) {
-        return unlocked([&] { return noise(*device, size, planes, seed, level); });
-    }, nb::arg("device"), nb::arg("size"), nb::arg("planes") = 1, nb::arg("seed") = 0, nb::kw_only(),
-               nb::arg("level") = 0,
-               "White noise on the lattice, H x W x planes: independent normals of mean 0 and variance 1, a function of\n"
-               "seed, level, plane, row and column, the same bits on every device (theory 14.2).");
+    module.def(
+        "noise",
+        [](PyDevice& device, Size size, int planes, std::uint64_t seed, int level) {
+            return unlocked([&] { return noise(*device, size, planes, seed, level); });
+        },
+        nb::arg("device"), nb::arg("size"), nb::arg("planes") = 1, nb::arg("seed") = 0, nb::kw_only(),
+        nb::arg("level") = 0,
+        "White noise on the lattice, H x W x planes: independent normals of mean 0 and variance 1, a "
+        "function of\n"
+        "seed, level, plane, row and column, the same bits on every device (theory 14.2).");
 }
 
 }  // namespace btfield::python

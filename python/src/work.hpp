@@ -37,8 +37,8 @@ class Interruptible {
     std::unique_ptr<State> state_;
 };
 
-/// work() without the lock. Of what handlers of signals raise, KeyboardInterrupt above all, the work ends, and
-/// it is thrown.
+/// work() without the lock. What handlers of signals raise, KeyboardInterrupt above all, ends the work and is
+/// thrown.
 template <class Work>
 auto unlocked(Work&& work) {
     Interruptible interruptible;
@@ -70,7 +70,7 @@ template <class Value>
 class Held {
   public:
     template <class Make>
-        requires std::is_invocable_r_v<Value, Make>
+    requires std::is_invocable_r_v<Value, Make>
     explicit Held(Make&& make) : value_(make()) {}
     Held(const Held&) = delete;
     Held& operator=(const Held&) = delete;
