@@ -157,6 +157,10 @@ void check(const BtfModel& model) {
     check_surface(model.surface, model.planes());
 }
 
+ordered_json detail::joint_model_value(const BtfModel& model, bool binary) {
+    return model_json(model, binary);
+}
+
 BtfModel detail::joint_model_from(const json& value, const Context& context) {
     return model_from_json(value, context);
 }

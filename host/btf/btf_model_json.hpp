@@ -7,10 +7,12 @@
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "btfield/btf_measured.hpp"
 #include "btfield/btf_model.hpp"
+#include "btfield/btf_textures.hpp"
 #include "host/base/base64.hpp"
 #include "host/model/json_reading.hpp"
 
@@ -91,6 +93,11 @@ void read_extent(json_reading::Object& object, BtfMeasured& model);
 /// \throws InputError where the file has the other kind
 BtfMethod read_btf_method(json_reading::Object& object, bool joint, const json_reading::Context& context);
 
+[[nodiscard]] nlohmann::ordered_json joint_model_value(const BtfModel& model, bool binary);
+[[nodiscard]] nlohmann::ordered_json textures_model_value(const BtfTextures& model, bool binary);
+/// \throws InputError
+[[nodiscard]] std::variant<BtfModel, BtfTextures> btf_from(const nlohmann::json& value,
+                                                           const json_reading::Context& context);
 /// \throws InputError
 [[nodiscard]] BtfModel joint_model_from(const nlohmann::json& value, const json_reading::Context& context);
 

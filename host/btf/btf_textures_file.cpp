@@ -165,6 +165,15 @@ BtfTexturesParts parts_of(const BtfTextures& model, std::uint64_t bytes) {
     return parts;
 }
 
+ordered_json detail::textures_model_value(const BtfTextures& model, bool binary) {
+    return textures_json(model, binary);
+}
+
+std::variant<BtfModel, BtfTextures> detail::btf_from(const json& value, const Context& context) {
+    if (method_of(value, context) == BtfMethod::joint) return joint_model_from(value, context);
+    return textures_model_from(value, context);
+}
+
 BtfTextures read_btf_textures(const std::filesystem::path& path) {
     const std::string asked = asked_model(path);
     return textures_model_from(parsed(path, asked), {asked});
@@ -183,9 +192,7 @@ BtfMethod btf_method_of(const std::filesystem::path& path) {
 
 std::variant<BtfModel, BtfTextures> read_any_btf(const std::filesystem::path& path) {
     const std::string asked = asked_model(path);
-    const json value = parsed(path, asked);
-    if (method_of(value, {asked}) == BtfMethod::joint) return joint_model_from(value, {asked});
-    return textures_model_from(value, {asked});
+    return btf_from(parsed(path, asked), {asked});
 }
 
 }  // namespace btfield

@@ -20,6 +20,7 @@ class UsageError : public std::runtime_error {
 };
 
 void add_devices(CLI::App& app, Action& action);
+void add_version(CLI::App& app, Action& action);
 void add_fit(CLI::App& app, Action& action);
 void add_info(CLI::App& app, Action& action);
 void add_synth(CLI::App& app, Action& action);

@@ -3,13 +3,13 @@
 #include "btfield/device.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/device_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/report.hpp"
 
 namespace btfield::cli {
-namespace {
 
-void report_json(const std::vector<DeviceInfo>& devices) {
+Json devices_json(const std::vector<DeviceInfo>& devices) {
     Json list = Json::array();
     for (const DeviceInfo& device : devices) {
         Json entry;
@@ -23,8 +23,14 @@ void report_json(const std::vector<DeviceInfo>& devices) {
         entry["memory_bytes"] = device.memory_bytes;
         list.push_back(std::move(entry));
     }
+    return list;
+}
+
+namespace {
+
+void report_json(const std::vector<DeviceInfo>& devices) {
     Json object;
-    object["devices"] = std::move(list);
+    object["devices"] = devices_json(devices);
     emit_json(object);
 }
 

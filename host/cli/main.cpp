@@ -15,9 +15,11 @@
 #include <new>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "btfield/error.hpp"
+#include "host/cli/citation_text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/ending.hpp"
@@ -59,7 +61,6 @@ void ignore_write_signals() {
 
 /// What the user of a word that is no command may have meant; empty where nothing suggests itself.
 std::string suggestion(const std::string& word) {
-    if (word == "version") return "'btfield --version'";
     std::error_code error;
     if (!std::filesystem::is_regular_file(word, error)) return {};
     const std::filesystem::path path(word);
@@ -112,6 +113,14 @@ void describe(CLI::App& app, cli::Action& action, bool& verbose) {
     app.set_help_flag("-h,--help", "print this text");
     app.set_version_flag("-V,--version", "btfield " BTFIELD_VERSION, "print the version")
         ->group(cli::general);
+    app.add_flag_callback(
+           "--cite",
+           [] {
+               const std::string_view text = btfield::detail::citation_text("CITATION.cff");
+               throw CLI::CallForVersion(std::string(text.substr(0, text.find_last_not_of('\n') + 1)), 0);
+           },
+           "print how to cite btfield and its papers (CFF)")
+        ->group(cli::general);
     app.add_flag("--verbose", verbose, "show the build log when a kernel does not compile")
         ->group(cli::general);
     app.add_flag_function(
@@ -145,6 +154,7 @@ void describe(CLI::App& app, cli::Action& action, bool& verbose) {
     cli::add_memd(app, action);
     cli::add_experiment(app, action);
     cli::add_devices(app, action);
+    cli::add_version(app, action);
     cli::add_completion(app, action);
     cli::add_manual(app, action);
     cli::add_help(app, action);
