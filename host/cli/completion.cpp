@@ -61,8 +61,8 @@ std::vector<Completed> commands_of(const CommandText& root) {
     std::vector<OptionText> common;
     for (const OptionGroup& group : root.groups) {
         for (const OptionText& option : group.options) {
-            if (option.names.back() != "--help" && option.names.back() != "--version")
-                common.push_back(option);
+            const std::string& last = option.names.back();
+            if (last != "--help" && last != "--version" && last != "--cite") common.push_back(option);
         }
     }
     std::vector<Completed> all;

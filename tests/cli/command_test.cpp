@@ -54,7 +54,6 @@ TEST(CliCommand, WordsThatAreNoCommandsSuggestOne) {
     const Surroundings here{.folder = folder.path().string()};
     std::filesystem::copy_file(test::data_folder() + "/sand.png", folder / "sand.png");
     put_model(folder / "m.json");
-    expect_failure({"version"}, 2, "did you mean 'btfield --version'?", here);
     expect_failure({"sand.png"}, 2, "did you mean 'btfield fit sand.png -o sand.json'?", here);
     expect_failure({"m.json"}, 2, "did you mean 'btfield synth m.json -o m.png'?", here);
     expect_failure({"sandy.png"}, 2, "'sandy.png' is no command; see", here);
