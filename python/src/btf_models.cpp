@@ -74,16 +74,16 @@ void add_joint(nb::module_& module) {
     module.def(
         "fit_btf",
         [](PyDevice& device, const BtfSet& set, int planes, const std::optional<PictureObject>& height,
-           std::optional<double> scale, bool find_scale, bool periodic, int leave_out, double table_error,
-           const std::string& surface, const FitOptions* field, std::optional<int> regions,
-           const std::filesystem::path& part, const nb::object& progress) {
+           std::optional<double> scale, bool find_scale, bool periodic, int leave_out, int leave_out_views,
+           int leave_out_lights, double table_error, const std::string& surface, const FitOptions* field,
+           std::optional<int> regions, const std::filesystem::path& part, const nb::object& progress) {
             BtfFitOptions options;
             options.planes = planes;
             if (height) options.height = image_of(*height, "fit a BTF", "unspecified");
             options.scale = scale;
             options.find_scale = find_scale;
             options.periodic = periodic;
-            options.leave_out = leave_out;
+            options.leave_out = {leave_out, leave_out_views, leave_out_lights};
             options.table_error = table_error;
             options.surface = surface_kind(surface);
             if (field != nullptr) options.field = *field;
@@ -95,12 +95,14 @@ void add_joint(nb::module_& module) {
         nb::arg("device"), nb::arg("set"), nb::kw_only(), nb::arg("planes") = 16,
         nb::arg("height").none() = nb::none(), nb::arg("scale").none() = nb::none(),
         nb::arg("find_scale") = false, nb::arg("periodic") = false, nb::arg("leave_out") = 0,
-        nb::arg("table_error") = 0.2, nb::arg("surface") = "field", nb::arg("field").none() = nb::none(),
+        nb::arg("leave_out_views") = 0, nb::arg("leave_out_lights") = 0, nb::arg("table_error") = 0.2,
+        nb::arg("surface") = "field", nb::arg("field").none() = nb::none(),
         nb::arg("regions").none() = nb::none(), nb::arg("part") = "", nb::arg("progress").none() = nb::none(),
         "Finds planes of the surface that all pictures share behind its relief, and a field that grows them\n"
         "(theory 21).\n\n"
         "height: H x W in pixels; None: the set's, or by photometric stereo. leave_out: a pair in n is not\n"
-        "shown, and scored. surface: 'field', 'compound' or 'roll'. field: FitOptions; None: 3d-car of order "
+        "shown, and scored, and so are all of every n-th view and light. surface: 'field', 'compound' or "
+        "'roll'. field: FitOptions; None: 3d-car of order "
         "3.\n"
         "part: a file that keeps what is read, so that a fit that ended goes on; the caller removes it.\n"
         "progress: called with the stage and the share of it that is done.\n\n"
@@ -177,13 +179,13 @@ void add_textures(nb::module_& module) {
     module.def(
         "fit_btf_textures",
         [](PyDevice& device, const BtfSet& set, const std::string& method, int clusters,
-           const std::string& match, const FitOptions* field, int leave_out, int jobs,
-           const std::filesystem::path& part, const nb::object& progress) {
+           const std::string& match, const FitOptions* field, int leave_out, int leave_out_views,
+           int leave_out_lights, int jobs, const std::filesystem::path& part, const nb::object& progress) {
             BtfTexturesOptions options(btf_method(method));
             options.clusters = clusters;
             options.match = detail::value_of<BtfMatch>(match);
             if (field != nullptr) options.field = *field;
-            options.leave_out = leave_out;
+            options.leave_out = {leave_out, leave_out_views, leave_out_lights};
             options.jobs = jobs;
             options.part = part;
             options.progress = stage_told(progress);
@@ -191,8 +193,8 @@ void add_textures(nb::module_& module) {
         },
         nb::arg("device"), nb::arg("set"), nb::kw_only(), nb::arg("method") = "segment",
         nb::arg("clusters") = 20, nb::arg("match") = "means", nb::arg("field").none() = nb::none(),
-        nb::arg("leave_out") = 0, nb::arg("jobs") = 0, nb::arg("part") = "",
-        nb::arg("progress").none() = nb::none(),
+        nb::arg("leave_out") = 0, nb::arg("leave_out_views") = 0, nb::arg("leave_out_lights") = 0,
+        nb::arg("jobs") = 0, nb::arg("part") = "", nb::arg("progress").none() = nb::none(),
         "A texture for each cluster of pictures (method 'segment'), or for each ('each') (theory 22). "
         "match:\n"
         "directions keep their 'means' and contrasts, or 'none'.\n\nRaises InputError when options cannot "
