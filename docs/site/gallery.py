@@ -14,7 +14,7 @@ import tempfile
 
 from PIL import Image, ImageFilter
 
-MODELS = [f"{dimension}-{kind}" for kind in ("car", "ma", "msar", "mmrf", "pmrf") for dimension in ("2d", "3d")]
+FIELDS = [f"{dimension}-{kind}" for kind in ("car", "ma", "msar", "mmrf", "pmrf") for dimension in ("2d", "3d")]
 MATERIALS = ["cork", "bark", "rock", "sand", "grass"]
 # Whose brightness is taken for its height, so that a BTF can be made of it; black to white as a share of the width.
 RELIEFS = {"cork": 0.03, "bark": 0.04}
@@ -64,7 +64,7 @@ class Gallery:
         models = self.work / material
         self.run("fit", sample, "--all", models, "--levels", 3)
         rows = []
-        for name in MODELS:
+        for name in FIELDS:
             model = models / f"{material}-{name}.json"
             if not model.exists():
                 rows.append(("", f"{name}: has no model here", ["–"] * 5))
