@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Callable
@@ -42,6 +43,21 @@ def _linear(array: NDArray[Any], coding: str, jpeg: bool) -> NDArray[np.float32]
     raise InputError(f"find the coding of values '{coding}'", "it is not known", "use auto, srgb, gamma, linear")
 
 
+def _side_file(folder: Path, asked: str) -> tuple[float, float]:
+    """Exposure and white, which btf.json tells beside pictures that btfield wrote."""
+    file = folder / "btf.json"
+    if not file.is_file():
+        return 1.0, 1.0
+    try:
+        told = json.loads(file.read_text(encoding="utf-8"))
+        exposure, white = float(told["exposure"]), float(told.get("white", 1.0))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(asked, f"'{file}' is not what btfield wrote ({error!r})", "write the set again") from None
+    if not (0.0 < exposure < math.inf and 0.0 < white < math.inf):
+        raise InputError(asked, f"exposure or white in '{file}' is no number above 0", "write the set again")
+    return exposure, white
+
+
 def open_btf(
     path: str | os.PathLike[str],
     *,
@@ -61,6 +77,8 @@ def open_btf(
     coding: what numbers mean: 'srgb', 'gamma' (2.2) or 'linear'; 'auto': JPEG gamma, other whole numbers sRGB, floats
         linear.
     crop: (x, y, width, height) of all pictures; strides: every n-th pixel, view, light.
+
+    Of a folder that btfield wrote, btf.json tells exposure and white. Its height.exr is not read: give it to fit_btf().
 
     Raises InputError when nothing such is there, two pictures have the same directions, or sizes differ.
     """
@@ -83,6 +101,7 @@ def open_btf(
         files[pair] = file
     if not files:
         raise InputError(asked, "no picture's name has tl, pl, tv and pv", "name them as docs/btf.md says")
+    exposure, white = _side_file(path, asked)
     views = sorted({view for view, _ in files})[::view_stride]
     lights = sorted({light for _, light in files})[::light_stride]
     at = {
@@ -98,9 +117,12 @@ def open_btf(
             x, y, width, height = crop
             array = array[y : y + height, x : x + width]
         array = array[::pixel_stride, ::pixel_stride]
-        return _linear(array, coding, file.suffix.lower() in (".jpg", ".jpeg"))
+        values = _linear(array, coding, file.suffix.lower() in (".jpg", ".jpeg"))
+        return values if exposure == 1.0 else values / np.float32(exposure)
 
     first = picture(*min(at))
     height, width, planes = first.shape
     size = sum(file.stat().st_size for file in at.values())
-    return BtfSet(picture, (height, width), planes, views, lights, pairs=sorted(at), format="pictures", bytes=size)
+    return BtfSet(
+        picture, (height, width), planes, views, lights, pairs=sorted(at), white=white, format="pictures", bytes=size
+    )

@@ -18,6 +18,14 @@ def made(device, cork):
                             lights=directions)
 
 
+def put_folder(made, folder, exposure=1.0):
+    for view, light in made.pictures:
+        tv, pv, tl, pl = (round(math.degrees(a)) for a in (*made.views[view], *made.lights[light]))
+        picture = made.picture(view, light) * np.float32(exposure)
+        Image.fromarray(btfield.bytes_of(btfield.srgb_of(picture))).save(
+            folder / f"tl{tl:03}_pl{pl:03}_tv{tv:03}_pv{pv:03}.png")
+
+
 def test_sets(made, tmp_path):
     pictures = {pair: made.picture(*pair) for pair in made.pictures}
     given = btfield.BtfSet(lambda view, light: pictures[view, light], made.size, 3, made.views, made.lights)
@@ -26,10 +34,7 @@ def test_sets(made, tmp_path):
     opened = btfield.open_btf(tmp_path / "set.tbig")
     assert len(opened.pictures) == len(pictures)
     assert np.abs(opened.picture(1, 2) - pictures[1, 2]).max() < 1e-3
-    for view, light in made.pictures:
-        tv, pv, tl, pl = (round(math.degrees(a)) for a in (*made.views[view], *made.lights[light]))
-        Image.fromarray(btfield.bytes_of(btfield.srgb_of(pictures[view, light]))).save(
-            tmp_path / f"tl{tl:03}_pl{pl:03}_tv{tv:03}_pv{pv:03}.png")
+    put_folder(made, tmp_path)
     folder = btfield.open_btf(tmp_path, read=lambda file: np.asarray(Image.open(file)))
     assert len(folder.pictures) == len(pictures)
     at = min(range(len(folder.lights)), key=lambda i: btfield.angle_between(folder.lights[i], made.lights[2]))
@@ -37,6 +42,17 @@ def test_sets(made, tmp_path):
     assert np.abs(folder.picture(view, at) - pictures[1, 2]).max() < 0.01
     with pytest.raises(btfield.InputError, match="read"):
         btfield.open_btf(tmp_path)
+
+
+def test_folders_tell_their_exposure(made, tmp_path):
+    put_folder(made, tmp_path, 0.5)
+    (tmp_path / "btf.json").write_text('{"format": "btfield-btf", "version": 1, "exposure": 0.5}')
+    folder = btfield.open_btf(tmp_path, read=lambda file: np.asarray(Image.open(file)))
+    means = [np.mean([s.picture(v, l).mean() for v, l in s.pictures]) for s in (made, folder)]
+    assert means[1] == pytest.approx(means[0], rel=0.01)
+    (tmp_path / "btf.json").write_text('{"exposure": 0}')
+    with pytest.raises(btfield.InputError, match="exposure"):
+        btfield.open_btf(tmp_path, read=lambda file: np.asarray(Image.open(file)))
 
 
 def test_errors_of_functions_arrive(device, made):
