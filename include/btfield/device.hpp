@@ -58,7 +58,8 @@ struct DeviceOptions {
     std::filesystem::path cache_dir;
     bool disk_cache = true;
     /// Threads that a CPU device computes with at most; of other devices it counts for nothing. 0 =
-    /// $BTFIELD_THREADS, else all. What the host computes has its own limit: limit_threads().
+    /// $BTFIELD_THREADS, else all. Intel's driver computes in the thread that waits as well: one more.
+    /// What the host computes has its own limit: limit_threads().
     int threads = 0;
     /// Bytes of device memory that work is planned with at most; 0 = $BTFIELD_MEMORY, else 70 % of a CPU
     /// device's memory, 90 % of another's. What is too large is refused with a size that would fit.

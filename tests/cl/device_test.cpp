@@ -340,7 +340,9 @@ TEST(Device, ThreadsOfACpuAreAsManyAsAskedFor) {
     Device one("cpu", options);
     EXPECT_EQ(one.info().compute_units, 1);
     EXPECT_EQ(one.info().name, cpu_device().name);
-    EXPECT_LT(cores_in_use(one), 1.2);
+    // Intel's driver lets the thread that waits compute beside the one asked for.
+    const bool waits_idly = one.info().platform.find("Intel") == std::string::npos;
+    EXPECT_LT(cores_in_use(one), waits_idly ? 1.2 : 2.2);
     options.threads = 1000000;
     EXPECT_EQ(Device("cpu", options).info().compute_units, cpu_device().compute_units);
     options.threads = -1;
