@@ -99,29 +99,24 @@ DevicePlanes PyramidStages::reduce(const DevicePlanes& fine) {
     return {std::move(values), coarse, coarse, fine.planes};
 }
 
-std::size_t PyramidStages::expand_scratch_bytes(Size fine, int coarse_width, int planes) {
-    return plane_bytes({fine.height, coarse_width}, planes) + plane_bytes(fine, planes);
+std::size_t PyramidStages::expand_scratch_bytes(Size fine, int planes) {
+    return plane_bytes(fine, planes);
 }
 
 DevicePlanes PyramidStages::add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale) {
     const Size fine = base.size;
-    const Size between{fine.height, coarse.size.width};
     const auto planes = static_cast<std::size_t>(base.planes);
     const int lanes = device_->vector_width();
-    Buffer rows = device_->buffer(plane_bytes(between, base.planes));
-    device_->launch(kernel("expand_rows"),
-                    {vectors(between.width, lanes), static_cast<std::size_t>(fine.height), planes},
-                    Grain::fine, coarse.values, rows, expand_weights_, coarse.size.height,
-                    coarse.lattice.height, coarse.lattice.width, fine.height, between.width);
     // Each value is read and written by the same work-item: where the lattice is full, base's memory is the
     // result's.
     Buffer own;
     if (base.lattice != fine) own = device_->buffer(plane_bytes(fine, base.planes));
     const Buffer& target = own ? own : base.values;
-    device_->launch(kernel("expand_columns"),
+    device_->launch(kernel("add_expanded"),
                     {vectors(coarse.size.width, lanes), static_cast<std::size_t>(fine.height), planes},
-                    Grain::fine, rows, base.values, target, expand_weights_, coarse.size.width,
-                    base.lattice.height, base.lattice.width, fine.height, fine.width, scale);
+                    Grain::fine, coarse.values, base.values, target, expand_weights_, coarse.size.height,
+                    coarse.size.width, coarse.lattice.height, coarse.lattice.width, base.lattice.height,
+                    base.lattice.width, fine.height, fine.width, scale);
     return {own ? std::move(own) : std::move(base.values), fine, fine, base.planes};
 }
 
