@@ -23,6 +23,8 @@ class PyramidStages {
 
   private:
     [[nodiscard]] Kernel kernel(const char* name);
+    /// Of the kernel along one axis.
+    [[nodiscard]] double taps() const;
 
     DeviceImpl* device_;
     int factor_;
