@@ -24,6 +24,11 @@ std::size_t plane_bytes(Size size, int planes) {
     return sizeof(float) * static_cast<std::size_t>(planes) * area(size);
 }
 
+/// Of five taps and the like along one axis, for so many values.
+LaunchWork tap_work(double bytes, double taps, double values) {
+    return {.bytes = bytes, .operations = 2.0 * taps * values};
+}
+
 std::size_t vectors(int n, int width) {
     return static_cast<std::size_t>((n + width - 1) / width);
 }
@@ -77,6 +82,10 @@ PyramidStages::PyramidStages(DeviceImpl& device, int factor)
       reduce_weights_(device.upload(scaled(pyramid_kernel(factor), 1.0))),
       expand_weights_(device.upload(scaled(pyramid_kernel(factor), factor))) {}
 
+double PyramidStages::taps() const {
+    return 2.0 * (factor_ == 2 ? 2 : factor_) + 1.0;
+}
+
 Kernel PyramidStages::kernel(const char* name) {
     BuildParameters parameters = device_->lanes();
     parameters.set("BTFIELD_FACTOR", factor_).set("BTFIELD_RADIUS", factor_ == 2 ? 2 : factor_);
@@ -92,35 +101,40 @@ DevicePlanes PyramidStages::reduce(const DevicePlanes& fine) {
     Buffer values = device_->buffer(plane_bytes(coarse, fine.planes));
     device_->launch(kernel("reduce_rows"),
                     {vectors(half.width, lanes), static_cast<std::size_t>(half.height), planes}, Grain::fine,
+                    tap_work(static_cast<double>(plane_bytes(fine.size, fine.planes) + rows.bytes()), taps(),
+                             static_cast<double>(planes * area(half))),
                     fine.values, rows, reduce_weights_, fine.size.height, half.height, half.width);
     device_->launch(kernel("reduce_columns"),
                     {vectors(coarse.width, lanes), static_cast<std::size_t>(coarse.height), planes},
-                    Grain::fine, rows, values, reduce_weights_, fine.size.width, coarse.height, coarse.width);
+                    Grain::fine,
+                    tap_work(static_cast<double>(rows.bytes() + values.bytes()), taps(),
+                             static_cast<double>(planes * area(coarse))),
+                    rows, values, reduce_weights_, fine.size.width, coarse.height, coarse.width);
     return {std::move(values), coarse, coarse, fine.planes};
 }
 
-std::size_t PyramidStages::expand_scratch_bytes(Size fine, int coarse_width, int planes) {
-    return plane_bytes({fine.height, coarse_width}, planes) + plane_bytes(fine, planes);
+std::size_t PyramidStages::expand_scratch_bytes(Size fine, int planes) {
+    return plane_bytes(fine, planes);
 }
 
 DevicePlanes PyramidStages::add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale) {
     const Size fine = base.size;
-    const Size between{fine.height, coarse.size.width};
     const auto planes = static_cast<std::size_t>(base.planes);
     const int lanes = device_->vector_width();
-    Buffer rows = device_->buffer(plane_bytes(between, base.planes));
-    device_->launch(kernel("expand_rows"),
-                    {vectors(between.width, lanes), static_cast<std::size_t>(fine.height), planes},
-                    Grain::fine, coarse.values, rows, expand_weights_, coarse.size.height,
-                    coarse.lattice.height, coarse.lattice.width, fine.height, between.width);
     // Each value is read and written by the same work-item: where the lattice is full, base's memory is the
     // result's.
     Buffer own;
     if (base.lattice != fine) own = device_->buffer(plane_bytes(fine, base.planes));
     const Buffer& target = own ? own : base.values;
-    device_->launch(kernel("expand_columns"),
+    // Rows first, for each coarse column, then columns, then the sum with base.
+    const double values = static_cast<double>(planes * area(fine)), n = factor_;
+    const LaunchWork work = tap_work(
+        static_cast<double>(plane_bytes(coarse.size, base.planes) + 2 * plane_bytes(fine, base.planes)),
+        taps() / (n * n) + taps() / n + 1.0, values);
+    device_->launch(kernel("add_expanded"),
                     {vectors(coarse.size.width, lanes), static_cast<std::size_t>(fine.height), planes},
-                    Grain::fine, rows, base.values, target, expand_weights_, coarse.size.width,
+                    Grain::fine, work, coarse.values, base.values, target, expand_weights_,
+                    coarse.size.height, coarse.size.width, coarse.lattice.height, coarse.lattice.width,
                     base.lattice.height, base.lattice.width, fine.height, fine.width, scale);
     return {own ? std::move(own) : std::move(base.values), fine, fine, base.planes};
 }

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <map>
 #include <mutex>
+#include <set>
 
 #include "host/base/limits.hpp"
 #include "host/cl/device_choice.hpp"
@@ -67,7 +68,12 @@ struct DeviceImpl::OpenCl {
     BufferPool pool;
     std::mutex
         mutex;  ///< of kernels' arguments, from setting them until they are enqueued, and of what follows
-    std::vector<std::pair<std::string, cl::Event>> events;
+    struct Launch {
+        std::string label;
+        cl::Event event;
+        LaunchWork work;
+    };
+    std::vector<Launch> events;
 };
 
 DeviceImpl::DeviceImpl(std::string_view spec, const DeviceOptions& options) : options_(options) {
@@ -214,8 +220,18 @@ void DeviceImpl::flush() {
     guarded("start the device", info_.name, [&] { opencl_->queue.flush(); });
 }
 
+double DeviceImpl::bytes_of(std::initializer_list<Argument> arguments) {
+    std::set<const void*> seen;
+    double bytes = 0.0;
+    for (const Argument& argument : arguments)
+        if (argument.buffer && argument.buffer->handle() &&
+            seen.insert((*argument.buffer->handle())()).second)
+            bytes += static_cast<double>(argument.buffer->bytes());
+    return bytes;
+}
+
 void DeviceImpl::enqueue(Kernel handle, const Range& global, Grain grain,
-                         std::initializer_list<Argument> arguments) {
+                         const std::optional<LaunchWork>& work, std::initializer_list<Argument> arguments) {
     cl::Kernel& kernel = handle.handle();
     const std::lock_guard lock(opencl_->mutex);
     cl_uint index = 0;
@@ -257,22 +273,26 @@ void DeviceImpl::enqueue(Kernel handle, const Range& global, Grain grain,
             deep ? cl::NDRange(range.x, range.y, range.z) : cl::NDRange(range.x, range.y),
             deep ? cl::NDRange(local, 1, 1) : cl::NDRange(local, 1), nullptr,
             options_.profile ? &event : nullptr);
-        if (!rehearsing_) record_enqueued(name_of(kernel), event);
+        if (rehearsing_) return;
+        if (options_.profile)
+            record_enqueued(name_of(kernel), event, work ? *work : LaunchWork{.bytes = bytes_of(arguments)});
+        else
+            record_enqueued({}, event, {});
     });
 }
 
 void DeviceImpl::record(std::string label, const cl::Event& event) {
     const std::lock_guard lock(opencl_->mutex);
-    record_enqueued(std::move(label), event);
+    record_enqueued(std::move(label), event, {});
 }
 
-void DeviceImpl::record_enqueued(std::string label, const cl::Event& event) {
+void DeviceImpl::record_enqueued(std::string label, const cl::Event& event, const LaunchWork& work) {
     launches_.fetch_add(1, std::memory_order_relaxed);
-    if (options_.profile) opencl_->events.emplace_back(std::move(label), event);
+    if (options_.profile) opencl_->events.push_back({std::move(label), event, work});
 }
 
 std::vector<ProfileEntry> DeviceImpl::take_profile() {
-    std::vector<std::pair<std::string, cl::Event>> events;
+    std::vector<OpenCl::Launch> events;
     {
         const std::lock_guard lock(opencl_->mutex);
         events.swap(opencl_->events);
@@ -280,10 +300,12 @@ std::vector<ProfileEntry> DeviceImpl::take_profile() {
     finish();
     std::map<std::string, ProfileEntry> sums;
     guarded("read launch times", info_.name, [&] {
-        for (const auto& [label, event] : events) {
+        for (const auto& [label, event, work] : events) {
             ProfileEntry& entry = sums[label];
             entry.kernel = label;
             ++entry.launches;
+            entry.bytes += work.bytes;
+            entry.operations += work.operations;
             entry.seconds += 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
                                                         event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
         }

@@ -14,6 +14,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -68,6 +69,11 @@ struct PlaneWindow {
 /// Uninitialised local memory, as an argument of a launch.
 struct LocalMemory {
     std::size_t bytes = 0;
+};
+
+/// What a launch cannot do without, for the profile; see ProfileEntry.
+struct LaunchWork {
+    double bytes = 0.0, operations = 0.0;
 };
 
 class DeviceImpl {
@@ -130,7 +136,13 @@ class DeviceImpl {
     /// the kernel's own type, its vectors as arrays.
     template <class... Args>
     void launch(Kernel kernel, const Range& global, Grain grain, const Args&... args) {
-        enqueue(kernel, global, grain, {Argument(args)...});
+        enqueue(kernel, global, grain, std::nullopt, {Argument(args)...});
+    }
+    /// The same, telling the profile what there was to do.
+    template <class... Args>
+    void launch(Kernel kernel, const Range& global, Grain grain, const LaunchWork& work,
+                const Args&... args) {
+        enqueue(kernel, global, grain, work, {Argument(args)...});
     }
 
     [[nodiscard]] std::vector<ProfileEntry> take_profile();
@@ -167,10 +179,13 @@ class DeviceImpl {
         const void* value = nullptr;
         std::size_t bytes = 0;
     };
-    void enqueue(Kernel kernel, const Range& global, Grain grain, std::initializer_list<Argument> arguments);
+    void enqueue(Kernel kernel, const Range& global, Grain grain, const std::optional<LaunchWork>& work,
+                 std::initializer_list<Argument> arguments);
+    /// Bytes of the buffers among them, of each once.
+    [[nodiscard]] static double bytes_of(std::initializer_list<Argument> arguments);
 
     /// record(), the mutex held.
-    void record_enqueued(std::string label, const cl::Event& event);
+    void record_enqueued(std::string label, const cl::Event& event, const LaunchWork& work);
 
     struct OpenCl;
     /// What depends on the device alone.

@@ -59,11 +59,12 @@ class LaneFft : public Fft {
         Buffer re = device.buffer(mid_bytes(planes)), im = device.buffer(mid_bytes(planes));
         const auto count = static_cast<std::size_t>(planes);
         device.launch(kernel(device, "fft_columns_inverse", size_.width, 1),
-                      {groups(size_.height / 2 + 1, width), count}, Grain::coarse, spectrum.re, spectrum.im,
-                      re, im, roots_x_, size_.width, size_.height, spectrum_pitch(size_.height), pitch_x_);
+                      {groups(size_.height / 2 + 1, width), count}, Grain::coarse, columns_work(planes),
+                      spectrum.re, spectrum.im, re, im, roots_x_, size_.width, size_.height,
+                      spectrum_pitch(size_.height), pitch_x_);
         device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
-                      {groups(size_.width, 2 * width), count}, Grain::coarse, re, im, images, roots_y_,
-                      size_.height, size_.width, pitch_x_);
+                      {groups(size_.width, 2 * width), count}, Grain::coarse, rows_work(planes), re, im,
+                      images, roots_y_, size_.height, size_.width, pitch_x_);
     }
 
     void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
@@ -71,12 +72,12 @@ class LaneFft : public Fft {
         Buffer re = device.buffer(mid_bytes(planes)), im = device.buffer(mid_bytes(planes));
         const auto count = static_cast<std::size_t>(planes);
         device.launch(kernel(device, "fft_rows_forward", size_.height, -1),
-                      {groups(size_.width, 2 * width), count}, Grain::coarse, images, re, im, roots_y_,
-                      size_.height, size_.height, size_.width, pitch_x_);
+                      {groups(size_.width, 2 * width), count}, Grain::coarse, rows_work(planes), images, re,
+                      im, roots_y_, size_.height, size_.height, size_.width, pitch_x_);
         device.launch(kernel(device, "fft_columns_forward", size_.width, -1),
-                      {groups(size_.height / 2 + 1, width), count}, Grain::coarse, re, im, spectrum.re,
-                      spectrum.im, roots_x_, size_.width, size_.height, spectrum_pitch(size_.height),
-                      pitch_x_);
+                      {groups(size_.height / 2 + 1, width), count}, Grain::coarse, columns_work(planes), re,
+                      im, spectrum.re, spectrum.im, roots_x_, size_.width, size_.height,
+                      spectrum_pitch(size_.height), pitch_x_);
     }
 
     void correlate(DeviceImpl& device, const Buffer& patches, Size patch, int count, int planes,
@@ -105,6 +106,18 @@ class LaneFft : public Fft {
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
 
   private:
+    /// 5 n log2 n operations of a complex transform of n, half as many of a real one.
+    [[nodiscard]] LaunchWork columns_work(int planes) const {
+        const double frequencies = static_cast<double>(size_.height / 2 + 1) * size_.width * planes;
+        return {.bytes = 4.0 * sizeof(float) * frequencies,
+                .operations = 5.0 * std::log2(static_cast<double>(size_.width)) * frequencies};
+    }
+    [[nodiscard]] LaunchWork rows_work(int planes) const {
+        const double frequencies = static_cast<double>(size_.height / 2 + 1) * size_.width * planes;
+        const double values = static_cast<double>(area(size_)) * planes;
+        return {.bytes = sizeof(float) * (2.0 * frequencies + values),
+                .operations = 2.5 * std::log2(static_cast<double>(size_.height)) * values};
+    }
     /// Rows between the passes begin on a boundary of two vectors.
     static int pitch_of(int columns) { return (columns + 31) / 32 * 32; }
     [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(size_.height) / 2 + 1; }

@@ -23,6 +23,7 @@
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
 #include "host/cli/picture_options.hpp"
+#include "host/cli/profile_text.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/run_files.hpp"
 #include "host/relief/relief_names.hpp"
@@ -438,15 +439,9 @@ std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& 
     return text;
 }
 
-void report_profile(const std::vector<ProfileEntry>& profile) {
-    double all = 0.0;
-    for (const ProfileEntry& entry : profile) all += entry.seconds;
-    std::vector<std::vector<std::string>> rows{{"kernel", "launches", "milliseconds", "%"}};
-    for (const ProfileEntry& entry : profile) {
-        rows.push_back({entry.kernel, std::to_string(entry.launches), number_text(1e3 * entry.seconds),
-                        number_text(100.0 * entry.seconds / all)});
-    }
-    std::fputs(table(rows, "lr").c_str(), stderr);
+void report_profile(Device& device) {
+    const std::vector<ProfileEntry> profile = device.take_profile();
+    std::fputs(profile_text(profile, measure_ceilings(device)).c_str(), stderr);
 }
 
 void run(const SynthArguments& options) {
@@ -480,7 +475,7 @@ void run(const SynthArguments& options) {
         objects.push_back(job_json(job, device));
         text += job_text(job, options.synthesis.method, device);
     }
-    if (options.profile) report_profile(device.take_profile());
+    if (options.profile) report_profile(device);
     emit_results(options.json, objects, "syntheses", text);
 }
 
@@ -526,7 +521,10 @@ void add_synth(CLI::App& app, Action& action) {
         ->add_flag("--allow-invalid", options->synthesis.allow_invalid,
                    "synthesise although the model's certificate fails")
         ->group(synthesis);
-    command->add_flag("--profile", options->profile, "print the time of every kernel to standard error")
+    command
+        ->add_flag("--profile", options->profile,
+                   "print the time of every kernel to standard error, and how near it came to what the "
+                   "device can do")
         ->group(synthesis);
     add_choice(*command, "--convention", options->normals,
                "of materials: which way green points in the normal map, up or down (default: as it was read)")

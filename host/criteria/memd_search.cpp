@@ -45,10 +45,15 @@ class DeviceColours {
     void begin(const Buffer& a, size_t begin, size_t count) {
         const auto width = static_cast<size_t>(device_->vector_width());
         const auto blocks = static_cast<std::uint32_t>(tree_->arrays().first.size() / ColourTree::lanes);
+        // Of every pixel with every colour and each plane: difference, magnitude, sum; then the lesser.
+        const auto d = static_cast<double>(tree_->arrays().planes);
+        const double pairs = static_cast<double>(count) * blocks * ColourTree::lanes;
+        const LaunchWork work{.bytes = static_cast<double>(points_.bytes() + count * sizeof(float)),
+                              .operations = pairs * (3.0 * d + 1.0)};
         device_->launch(device_->kernel("memd_search", "nearest_candidates", parameters_),
-                        {(count + width - 1) / width}, Grain::fine, a, static_cast<std::uint32_t>(begin),
-                        static_cast<std::uint32_t>(count), points_, first_, blocks, distances_, rasters_,
-                        slots_, LocalMemory{tile_bytes_});
+                        {(count + width - 1) / width}, Grain::fine, work, a,
+                        static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(count), points_, first_,
+                        blocks, distances_, rasters_, slots_, LocalMemory{tile_bytes_});
         device_->flush();
         count_ = count;
     }

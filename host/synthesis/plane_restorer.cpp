@@ -68,8 +68,13 @@ DevicePlanes PlaneRestorer::restore(DevicePlanes eigenplanes) {
     if (rank_ != planes_) own = device_->buffer(scratch_bytes(eigenplanes.lattice, textures));
     const Buffer& target = own ? own : eigenplanes.values;
     const double scale = (knots_ - 1) / (2.0 * marginal_reach);
+    const double values = static_cast<double>(pixels) * textures, r = rank_, d = planes_;
+    // Places among the knots: where there are 16 lanes, all steps in full.
+    const double mapping = knots_ == 0 ? 0.0 : 2.0 * r + (lanes == 16 ? 5.0 * (knots_ - 1) : 8.0);
+    const LaunchWork work{.bytes = sizeof(float) * values * (r + d),
+                          .operations = values * r * (mapping + 2.0 * d)};
     device_->launch(device_->kernel("plane_restorer", "restore_planes", parameters),
-                    {(pixels + lanes - 1) / lanes, static_cast<std::size_t>(textures)}, Grain::fine,
+                    {(pixels + lanes - 1) / lanes, static_cast<std::size_t>(textures)}, Grain::fine, work,
                     eigenplanes.values, target, tables_, static_cast<float>(scale), basis_,
                     static_cast<int>(pixels));
     return {own ? std::move(own) : std::move(eigenplanes.values), eigenplanes.size, eigenplanes.lattice,

@@ -89,6 +89,9 @@ std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
     return {offsets.begin(), offsets.end()};
 }
 
+/// Of the draw of a normal: 80 operations of Philox make four, 87 of Box-Muller two.
+constexpr double operations_of_normal = 80.0 / 4.0 + 87.0 / 2.0;
+
 }  // namespace
 
 SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice,
@@ -139,8 +142,8 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
     factor_im_ = device.buffer(bytes);
     const auto lanes = static_cast<std::size_t>(device.vector_width());
     device.launch(kernel(device, "spectral_factors", false), range(static_cast<std::size_t>(pitch) / lanes),
-                  grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, factor_re_, factor_im_,
-                  lattice.width, pitch);
+                  grain(), LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_,
+                  rows_, columns_, offsets_count_, factor_re_, factor_im_, lattice.width, pitch);
 }
 
 Range SpectralFactors::range(std::size_t vectors) const {
@@ -159,6 +162,12 @@ Grain SpectralFactors::grain() const {
     return planes_ <= 4 ? Grain::fine : Grain::coarse;
 }
 
+LaunchWork SpectralFactors::solve_work(int batch, double operations, double passes) const {
+    const double values = static_cast<double>(spectrum_floats(lattice_, parts_ * planes_)) * batch;
+    return {.bytes = stored_bytes() + 2.0 * passes * sizeof(float) * values,
+            .operations = values * (operations + 8.0 * planes_)};
+}
+
 double SpectralFactors::stored_bytes() const {
     return stored_ ? static_cast<double>(factor_re_.bytes() + factor_im_.bytes()) : 0.0;
 }
@@ -170,26 +179,28 @@ void SpectralFactors::draw(DeviceImpl& device, Spectrum& spectrum, const Buffer&
     const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
     const Range items = range(blocks / static_cast<std::size_t>(device.vector_width()));
     const Kernel draw = kernel(device, "synthesise_spectrum", stored_);
+    const LaunchWork work = solve_work(batch, 2.0 * operations_of_normal, 1.0);
     if (stored_)
-        device.launch(draw, items, grain(), factor_re_, factor_im_, mean_, keys, spectrum.re, spectrum.im,
-                      lattice_.height, lattice_.width, pitch, batch, parts_,
+        device.launch(draw, items, grain(), work, factor_re_, factor_im_, mean_, keys, spectrum.re,
+                      spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_,
                       static_cast<std::uint32_t>(level));
     else
-        device.launch(draw, items, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
-                      keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_,
-                      static_cast<std::uint32_t>(level));
+        device.launch(draw, items, grain(), work, coefficients_, offsets_, rows_, columns_, offsets_count_,
+                      mean_, keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch,
+                      parts_, static_cast<std::uint32_t>(level));
 }
 
 void SpectralFactors::filter(DeviceImpl& device, Spectrum& spectrum, int batch) const {
     const int pitch = spectrum_pitch(lattice_.height);
     const Range items = range(static_cast<std::size_t>(pitch / device.vector_width()));
     const Kernel filter = kernel(device, "filter_spectrum", stored_);
+    const LaunchWork work = solve_work(batch, 0.0, 2.0);
     if (stored_)
-        device.launch(filter, items, grain(), factor_re_, factor_im_, mean_, spectrum.re, spectrum.im,
+        device.launch(filter, items, grain(), work, factor_re_, factor_im_, mean_, spectrum.re, spectrum.im,
                       lattice_.height, lattice_.width, pitch, batch, parts_);
     else
-        device.launch(filter, items, grain(), coefficients_, offsets_, rows_, columns_, offsets_count_, mean_,
-                      spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_);
+        device.launch(filter, items, grain(), work, coefficients_, offsets_, rows_, columns_, offsets_count_,
+                      mean_, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_);
 }
 
 void draw_normal_field(DeviceImpl& device, const Buffer& images, const Buffer& keys, Size lattice, int planes,
@@ -200,7 +211,10 @@ void draw_normal_field(DeviceImpl& device, const Buffer& images, const Buffer& k
         device.kernel("noise", "normal_field", device.lanes()),
         {blocks / static_cast<std::size_t>(device.vector_width()), static_cast<std::size_t>(lattice.height),
          static_cast<std::size_t>(batch) * static_cast<std::size_t>(planes)},
-        Grain::fine, images, keys, lattice.height, lattice.width, planes, static_cast<std::uint32_t>(level));
+        Grain::fine,
+        LaunchWork{.bytes = sizeof(float) * static_cast<double>(area(lattice)) * planes * batch,
+                   .operations = operations_of_normal * static_cast<double>(area(lattice)) * planes * batch},
+        images, keys, lattice.height, lattice.width, planes, static_cast<std::uint32_t>(level));
 }
 
 }  // namespace btfield::detail

@@ -34,6 +34,8 @@ class SpectralFactors {
     [[nodiscard]] Grain grain() const;
 
     [[nodiscard]] Range range(std::size_t vectors) const;
+    /// Of F z where factors are stored, and so many operations for each z; spectra go by so many times.
+    [[nodiscard]] LaunchWork solve_work(int batch, double operations, double passes) const;
 
     SpectralForm::Kind kind_;
     int planes_;  ///< of one part

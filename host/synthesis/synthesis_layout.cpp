@@ -106,9 +106,8 @@ double SynthesisLayout::bytes(double planes) const {
     double bytes = sizeof(float) * level;
     if (sizes.size() > 1) {
         // The coarser levels' sum, and its expansion.
-        bytes +=
-            sizeof(float) * static_cast<double>(area(transforms[1])) +
-            static_cast<double>(PyramidStages::expand_scratch_bytes(sizes.front(), transforms[1].width, 1));
+        bytes += sizeof(float) * static_cast<double>(area(transforms[1])) +
+                 static_cast<double>(PyramidStages::expand_scratch_bytes(sizes.front(), 1));
     }
     return planes * bytes;
 }

@@ -12,6 +12,7 @@
 #include "btfield/btf_renderer.hpp"    // IWYU pragma: export
 #include "btfield/btf_set.hpp"         // IWYU pragma: export
 #include "btfield/btf_textures.hpp"    // IWYU pragma: export
+#include "btfield/ceilings.hpp"        // IWYU pragma: export
 #include "btfield/certificate.hpp"     // IWYU pragma: export
 #include "btfield/compound.hpp"        // IWYU pragma: export
 #include "btfield/control_field.hpp"   // IWYU pragma: export

@@ -66,11 +66,15 @@ struct DeviceOptions {
     std::uint64_t memory_bytes = 0;
 };
 
-/// Time of all launches of one kernel.
+/// Time of all launches of one kernel, and what they had to do.
 struct ProfileEntry {
     std::string kernel;
     int launches = 0;
     double seconds = 0.0;
+    /// Memory that cannot but be read and written once; where a kernel does not tell, that of its buffers.
+    double bytes = 0.0;
+    /// Operations on 32-bit numbers of what was asked, multiply-adds two; 0 = not known.
+    double operations = 0.0;
 };
 
 /// Memory of a device that belongs to the caller, in which results can be left: device_memory() in

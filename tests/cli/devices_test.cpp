@@ -36,5 +36,21 @@ TEST(CliDevices, ListsAll) {
     EXPECT_NE(plain.out.find(object["devices"][0]["name"].get<std::string>()), std::string::npos);
 }
 
+TEST(CliDevices, MeasuresWhatTheyReach) {
+    const json object = expect_object({"devices", "--measure"});
+    for (const json& device : object["devices"]) {
+        // From the slowest machine that runs tests under load to the fastest GPU.
+        for (const char* rate : {"copy_bytes_per_second", "operations_per_second"}) {
+            EXPECT_GT(device[rate].get<double>(), 1e7) << rate;
+            EXPECT_LT(device[rate].get<double>(), 1e16) << rate;
+        }
+        EXPECT_GT(device["launch_seconds"].get<double>(), 1e-8);
+        EXPECT_LT(device["launch_seconds"].get<double>(), 0.1);
+    }
+    EXPECT_FALSE(expect_object({"devices"})["devices"][0].contains("launch_seconds"));
+    const Ended plain = btfield({"devices", "--measure"});
+    EXPECT_NE(plain.out.find(" GB/s of copies, "), std::string::npos);
+}
+
 }  // namespace
 }  // namespace btfield
