@@ -18,6 +18,7 @@
 #include "host/btf/side_file.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
+#include "host/pictures/stored_picture.hpp"
 
 namespace btfield {
 
@@ -116,7 +117,7 @@ class EncodedPictures {
 std::string height_bytes(const Image& height, const std::string& asked) {
     const MemoryFile file(asked);
     const Storage storage = storage_for(height_file_name, 1, PixelType::float32, PixelType::float32, asked);
-    picture_codec(asked).encode(file.path(), height, storage, asked);
+    store_picture(file.path(), height, storage, asked);
     return file.content();
 }
 

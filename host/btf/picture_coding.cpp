@@ -10,8 +10,7 @@
 #include "host/base/text.hpp"
 #include "host/btf/direction_grid.hpp"
 #include "host/pictures/colour.hpp"
-#include "host/pictures/picture_codec.hpp"
-#include "host/pictures/radiance.hpp"
+#include "host/pictures/stored_picture.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -173,10 +172,7 @@ std::uintmax_t BtfEncoder::write(const fs::path& to, Image image, const std::str
                 throw InputError(asked, "a value is " + std::to_string(value) + ", too large for half floats",
                                  "write type float, or with a lower exposure");
     }
-    if (storage_.format == PictureFormat::hdr)
-        write_radiance(to, image, storage_, asked);
-    else
-        picture_codec(asked).encode(to, image, storage_, asked);
+    store_picture(to, image, storage_, asked);
     return clamped;
 }
 

@@ -124,7 +124,7 @@ std::vector<fs::path> plan(const RenderArguments& options, const BtfModel& model
 void run_render(const RenderArguments& options) {
     const Stopwatch total;
     check_arguments(options);
-    preload_picture_formats();
+    preload_picture_formats(options.output);
     const BtfModel model = read_btf_model(options.model);
     const std::vector<fs::path> outputs = plan(options, model);
     BtfScene scene = options.scene;

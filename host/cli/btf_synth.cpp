@@ -117,7 +117,10 @@ void finish(const BtfSynthArguments& options, Json object, const std::string& te
 void run_synth(const BtfSynthArguments& options) {
     const Stopwatch total;
     check_arguments(options);
-    preload_picture_formats();
+    if (options.all)
+        preload_picture_formats();
+    else
+        preload_picture_formats(options.writing.output);
     const std::variant<BtfModel, BtfTextures> model = read_any_btf(options.model);
     const auto* const joint = std::get_if<BtfModel>(&model);
     if (options.surface && !joint)

@@ -451,7 +451,9 @@ void run(const SynthArguments& options) {
         throw UsageError("--seed: the seed of the last texture is beyond 18446744073709551615");
     }
     std::vector<SynthJob> jobs = plan(options);
-    preload_picture_formats();  // while the device opens
+    // While the device opens.
+    for (const SynthJob& job : jobs)
+        for (const fs::path& output : job.outputs) preload_picture_formats(output);
 
     const Stopwatch setup;
     DeviceOptions device_options;

@@ -15,6 +15,7 @@
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pnm.hpp"
 #include "host/pictures/radiance.hpp"
+#include "host/pictures/stored_picture.hpp"
 
 namespace btfield {
 
@@ -269,13 +270,7 @@ WriteReport write_picture(const fs::path& path, const Image& image, const WriteO
     if (stored.planes() == 3 && own) storage.chromaticities = options.chromaticities;
     check_values(stored, storage, asked);
     FileOutput file(path, asked);
-    if (storage.format == PictureFormat::pnm) {
-        write_pnm(file.temporary(), stored, storage.type, asked);
-    } else if (storage.format == PictureFormat::hdr) {
-        write_radiance(file.temporary(), stored, storage, asked);
-    } else {
-        picture_codec(asked).encode(file.temporary(), stored, storage, asked);
-    }
+    store_picture(file.temporary(), stored, storage, asked);
     file.commit();
     report.clamped_pixels = count_clamped(stored, storage, options.limits);
     tell_loss(stored, options.source, storage, report.remarks);
@@ -285,6 +280,17 @@ WriteReport write_picture(const fs::path& path, const Image& image, const WriteO
 WriteReport write_picture(const fs::path& path, const Image& image, PixelType source,
                           std::optional<PixelType> type) {
     return write_picture(path, image, WriteOptions{source, type, false, {}, {}});
+}
+
+void preload_picture_formats(const fs::path& written) {
+    switch (format_of_name(written).value_or(PictureFormat::pnm)) {
+        case PictureFormat::pnm:
+        case PictureFormat::hdr:
+        case PictureFormat::png:
+            return;
+        default:
+            preload_picture_formats();
+    }
 }
 
 void check_writable(const fs::path& path, int planes, PixelType source, std::optional<PixelType> type) {

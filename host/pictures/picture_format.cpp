@@ -64,7 +64,25 @@ const Traits& traits(PictureFormat format) {
     return all_traits.at(static_cast<std::size_t>(format));
 }
 
+std::string lower_extension_of(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+/// Null where it is unknown.
+const Extension* find_extension(std::string_view extension) {
+    const auto* const entry = std::ranges::find(extensions, extension, &Extension::text);
+    return entry == extensions.end() ? nullptr : entry;
+}
+
 }  // namespace
+
+std::optional<PictureFormat> format_of_name(const std::filesystem::path& path) {
+    const Extension* const entry = find_extension(lower_extension_of(path));
+    return entry == nullptr ? std::nullopt : std::optional(entry->format);
+}
 
 bool says_unsupported(std::string_view message) {
     std::string small(message);
@@ -251,12 +269,9 @@ int chosen_part(const std::vector<Part>& parts, const std::string& wanted, const
 
 Storage storage_for(const std::filesystem::path& path, int planes, PixelType source,
                     std::optional<PixelType> type, const std::string& asked) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const auto* const entry = std::find_if(extensions.begin(), extensions.end(),
-                                           [&](const Extension& e) { return e.text == extension; });
-    if (entry == extensions.end()) {
+    const std::string extension = lower_extension_of(path);
+    const Extension* const entry = find_extension(extension);
+    if (entry == nullptr) {
         throw InputError(asked,
                          extension.empty() ? "the name has no extension" : "'" + extension + "' is not known",
                          "end the name in .png, .jpg, .tif, .exr, .hdr, .pgm, .ppm or .pnm");

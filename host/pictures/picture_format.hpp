@@ -94,6 +94,9 @@ struct Storage {
     std::optional<Chromaticities> chromaticities = {};
 };
 
+/// Format by the extension (any case); none where it is unknown.
+[[nodiscard]] std::optional<PictureFormat> format_of_name(const std::filesystem::path& path);
+
 /// Format by the extension (any case), type by the rule of write_picture().
 /// \throws InputError when the extension is unknown or the format cannot hold the planes or the type.
 [[nodiscard]] Storage storage_for(const std::filesystem::path& path, int planes, PixelType source,

@@ -3,9 +3,7 @@
 #include <png.h>
 
 #include <algorithm>
-#include <csetjmp>
 #include <cstddef>
-#include <cstdio>
 #include <cstring>
 #include <new>
 #include <string_view>
@@ -15,62 +13,10 @@
 #include "host/base/text.hpp"
 #include "host/pictures/oiio/png_frame.hpp"
 #include "host/pictures/picture_format.hpp"
+#include "host/pictures/png_state.hpp"
 
 namespace btfield::detail {
 namespace {
-
-using Message = std::array<char, 160>;
-
-[[noreturn]] void leave(png_structp png, png_const_charp message) {
-    auto& kept = *static_cast<Message*>(png_get_error_ptr(png));
-    std::snprintf(kept.data(), kept.size(), "%s", message);
-    png_longjmp(png, 1);
-}
-
-/// libpng would print it.
-void drop_warning(png_structp /*png*/, png_const_charp /*message*/) {}
-
-/// libpng's state. What fails in libpng leaves by longjmp() to run(): it is called in there alone, from steps
-/// that hold no object with a destructor. Getters cannot fail.
-class Png {
-  public:
-    enum class Use { read, write };
-    explicit Png(Use use)
-        : use_(use),
-          png_(use == Use::read
-                   ? png_create_read_struct(PNG_LIBPNG_VER_STRING, &message_, &leave, &drop_warning)
-                   : png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, &leave, &drop_warning)),
-          info_(png_create_info_struct(png_)) {}
-    ~Png() {
-        if (use_ == Use::read) {
-            png_destroy_read_struct(&png_, &info_, nullptr);
-        } else {
-            png_destroy_write_struct(&png_, &info_);
-        }
-    }
-    Png(const Png&) = delete;
-    Png& operator=(const Png&) = delete;
-
-    /// \return whether the step came to its end; otherwise message() says why
-    template <class Work>
-    [[nodiscard]] bool run(void (*step)(png_structp, png_infop, Work&), Work& work) {
-        if (png_ == nullptr || info_ == nullptr) return false;
-        if (setjmp(png_jmpbuf(png_)) != 0) return false;
-        step(png_, info_, work);
-        return true;
-    }
-    [[nodiscard]] std::string message() const {
-        return message_.front() == '\0' ? "libpng cannot begin" : message_.data();
-    }
-    [[nodiscard]] png_structp state() const { return png_; }
-    [[nodiscard]] png_infop info() const { return info_; }
-
-  private:
-    Message message_{};
-    Use use_;
-    png_structp png_;
-    png_infop info_;
-};
 
 void take_bytes(png_structp png, png_bytep to, std::size_t count) {
     auto& rest = *static_cast<std::string_view*>(png_get_io_ptr(png));

@@ -15,6 +15,7 @@
 #include "btfield/error.hpp"
 #include "host/pictures/channels.hpp"
 #include "host/pictures/oiio/oiio_handle.hpp"
+#include "host/pictures/picture_description.hpp"
 #include "host/pictures/pixel_values.hpp"
 
 namespace btfield::detail {
@@ -94,37 +95,6 @@ OIIO::TypeDesc::BASETYPE codec_type(PixelType type) {
     return OIIO::TypeDesc::FLOAT;
 }
 
-std::vector<ColourSpace> spaces_of_planes(const Image& image) {
-    std::vector<ColourSpace> spaces;
-    spaces.reserve(static_cast<std::size_t>(image.planes()));
-    for (int p = 0; p < image.planes(); ++p) spaces.push_back(image.plane_space(p));
-    return spaces;
-}
-
-/// The space of each plane that a reader assumes when the file does not say.
-/// \param channels  of the file
-std::vector<ColourSpace> assumed_spaces(const Image& image, const Storage& storage,
-                                        const std::vector<std::string>& channels) {
-    constexpr std::size_t most_read_as_colours = 5;  // of samples without names, as has_colours() has it
-    const bool integer = storage.type == PixelType::uint8 || storage.type == PixelType::uint16;
-    const ColourSpace colour = integer ? ColourSpace::srgb : ColourSpace::linear;
-    const auto count = static_cast<std::size_t>(image.planes());
-    if (count == 3) return std::vector(count, colour);
-    if (storage.format == PictureFormat::exr) return spaces_of_channels(channels);
-    std::vector<ColourSpace> spaces(count, ColourSpace::unspecified);
-    if (storage.format == PictureFormat::tiff && !image.names().empty()) {
-        const std::vector<ColourSpace> said = spaces_of_channels(image.names());
-        const std::size_t colours = count > 3 ? 3 : 1;
-        if (std::all_of(said.begin(), said.begin() + static_cast<std::ptrdiff_t>(colours),
-                        [](ColourSpace s) { return s == ColourSpace::linear; }))
-            std::fill_n(spaces.begin(), colours, colour);
-    } else if (count == 1 || storage.format == PictureFormat::tiff) {
-        if (count != 2 && count <= most_read_as_colours)
-            std::fill_n(spaces.begin(), count == 1 ? 1 : 3, colour);
-    }
-    return spaces;
-}
-
 /// Of planes without names: they sort as the numbers do.
 std::vector<std::string> numbered_names(int count) {
     std::vector<std::string> names;
@@ -147,30 +117,6 @@ std::vector<std::string> exr_names(const std::vector<std::string>& names) {
         if (good && taken.insert(name).second) result[p] = name;
     }
     return result;
-}
-
-/// What the file's kind does not say by itself: the colour space where a reader would assume another, and
-/// names where channels have none.
-std::string description_of(const Image& image, const Storage& storage,
-                           const std::vector<std::string>& channels) {
-    std::string text;
-    // Primaries of their own say what the values are.
-    const bool said =
-        image.planes() == 3 && storage.chromaticities && image.space() == ColourSpace::unspecified;
-    const std::vector<ColourSpace> spaces = spaces_of_planes(image);
-    if (!said && spaces != assumed_spaces(image, storage, channels)) {
-        const bool alike = std::ranges::all_of(spaces, [&](ColourSpace s) { return s == spaces.front(); });
-        text = std::string(space_mark) + std::string(name(spaces.front()));
-        for (std::size_t p = 1; p < spaces.size() && !alike; ++p) text += " " + std::string(name(spaces[p]));
-    }
-    if (storage.format == PictureFormat::tiff && !image.names().empty()) {
-        text += (text.empty() ? "" : "\n") + std::string(names_mark) + std::to_string(image.planes());
-        for (const std::string& each : image.names()) {
-            text += '\n';
-            for (const char c : each) text += c == '\n' || c == '\0' ? ' ' : c;
-        }
-    }
-    return text;
 }
 
 /// Red, green and blue before other planes.
@@ -220,8 +166,6 @@ OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
     if (!description.empty()) spec.attribute("ImageDescription", description);
     spec.attribute("jpeg:subsampling", "4:4:4");
     spec.attribute("Compression", storage.format == PictureFormat::jpeg ? "jpeg:98" : "zip");
-    // Measured on photographs: three times as fast as the codec's 6, and no larger.
-    spec.attribute("png:compressionLevel", 2);
     spec.attribute("tiff:half", 1);
     spec.attribute("tiff:write_exif", 0);
     spec.attribute("DateTime", "");  // the same picture makes the same file

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Encoding through OpenImageIO: every format but PNM.
+/// Encoding through OpenImageIO: JPEG, TIFF and EXR.
 
 #include <filesystem>
 #include <string>

@@ -1,0 +1,66 @@
+#pragma once
+
+// libpng's state, whose failures leave by longjmp().
+
+#include <png.h>
+
+#include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <string>
+
+namespace btfield::detail {
+
+/// What fails in libpng leaves by longjmp() to run(): it is called in there alone, from steps that hold no
+/// object with a destructor. Getters cannot fail.
+class Png {
+  public:
+    enum class Use { read, write };
+    explicit Png(Use use)
+        : use_(use),
+          png_(use == Use::read
+                   ? png_create_read_struct(PNG_LIBPNG_VER_STRING, &message_, &leave, &drop_warning)
+                   : png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, &leave, &drop_warning)),
+          info_(png_create_info_struct(png_)) {}
+    ~Png() {
+        if (use_ == Use::read) {
+            png_destroy_read_struct(&png_, &info_, nullptr);
+        } else {
+            png_destroy_write_struct(&png_, &info_);
+        }
+    }
+    Png(const Png&) = delete;
+    Png& operator=(const Png&) = delete;
+
+    /// \return whether the step came to its end; otherwise message() says why
+    template <class Work>
+    [[nodiscard]] bool run(void (*step)(png_structp, png_infop, Work&), Work& work) {
+        if (png_ == nullptr || info_ == nullptr) return false;
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        step(png_, info_, work);
+        return true;
+    }
+    [[nodiscard]] std::string message() const {
+        return message_.front() == '\0' ? "libpng cannot begin" : message_.data();
+    }
+    [[nodiscard]] png_structp state() const { return png_; }
+    [[nodiscard]] png_infop info() const { return info_; }
+
+  private:
+    using Message = std::array<char, 160>;
+
+    [[noreturn]] static void leave(png_structp png, png_const_charp message) {
+        auto& kept = *static_cast<Message*>(png_get_error_ptr(png));
+        std::snprintf(kept.data(), kept.size(), "%s", message);
+        png_longjmp(png, 1);
+    }
+    /// libpng would print it.
+    static void drop_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+
+    Message message_{};
+    Use use_;
+    png_structp png_;
+    png_infop info_;
+};
+
+}  // namespace btfield::detail
