@@ -5,6 +5,7 @@
 #include <mutex>
 #include <new>
 
+#include "host/base/huge_pages.hpp"
 #include "host/cl/api.hpp"
 
 namespace btfield::detail {
@@ -48,9 +49,42 @@ Buffer Buffer::foreign(std::shared_ptr<cl::Buffer> handle, std::size_t bytes) {
     return buffer;
 }
 
-BufferPool::BufferPool(const cl::Context& context, std::string device_name, std::size_t largest_allocation)
+namespace {
+
+struct Mapping {
+    void* memory;
+    std::size_t bytes;
+};
+
+void CL_CALLBACK unmap(cl_mem /*gone*/, void* mapping) {
+    const std::unique_ptr<Mapping> done(static_cast<Mapping*>(mapping));
+    unmap_huge(done->memory, done->bytes);
+}
+
+/// A buffer in memory of the host's, which goes with the last command that uses the buffer.
+std::shared_ptr<cl::Buffer> mapped_buffer(const cl::Context& context, std::size_t bytes) {
+    auto mapping = std::make_unique<Mapping>(Mapping{map_huge(bytes), bytes});
+    std::shared_ptr<cl::Buffer> buffer;
+    try {
+        buffer = std::make_shared<cl::Buffer>(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes,
+                                              mapping->memory);
+        buffer->setDestructorCallback(&unmap, mapping.get());
+    } catch (...) {
+        buffer.reset();
+        unmap_huge(mapping->memory, bytes);
+        throw;
+    }
+    static_cast<void>(mapping.release());  // unmap() has it now
+    return buffer;
+}
+
+}  // namespace
+
+BufferPool::BufferPool(const cl::Context& context, std::string device_name, std::size_t largest_allocation,
+                       bool shares_memory)
     : device_name_(std::move(device_name)),
       largest_(largest_allocation),
+      shares_memory_(shares_memory),
       shelf_(std::make_shared<Buffer::Shelf>(context)) {}
 
 Buffer BufferPool::take(std::size_t bytes) {
@@ -72,14 +106,18 @@ Buffer BufferPool::take(std::size_t bytes) {
                               "its largest allocation is " + std::to_string(largest_) + " bytes",
                               "use a smaller size, or a device with more memory");
         const auto allocate = [&] {
+            if (shares_memory_ && bytes >= huge_page) return mapped_buffer(shelf_->context, bytes);
             return std::make_shared<cl::Buffer>(shelf_->context, CL_MEM_READ_WRITE, bytes);
         };
         try {
             buffer.handle_ = allocate();
         } catch (const cl::Error&) {
             clear();
-            buffer.handle_ = guarded("allocate " + std::to_string(bytes) + " bytes", device_name_, allocate);
+        } catch (const std::bad_alloc&) {
+            clear();
         }
+        if (!buffer.handle_)
+            buffer.handle_ = guarded("allocate " + std::to_string(bytes) + " bytes", device_name_, allocate);
         buffer.capacity_ = bytes;
     }
     buffer.bytes_ = bytes;

@@ -47,7 +47,10 @@ class Buffer {
 
 class BufferPool {
   public:
-    BufferPool(const cl::Context& context, std::string device_name, std::size_t largest_allocation);
+    /// \param shares_memory  of the host: the device works in memory that the pool maps, in huge pages where
+    ///     it is large, and mapping a buffer copies nothing
+    BufferPool(const cl::Context& context, std::string device_name, std::size_t largest_allocation,
+               bool shares_memory = false);
 
     /// Uninitialised read-write memory of at least `bytes`.
     /// \throws DeviceError when the device refuses, after unused buffers were freed.
@@ -59,6 +62,7 @@ class BufferPool {
   private:
     std::string device_name_;
     std::size_t largest_;
+    bool shares_memory_;
     std::shared_ptr<Buffer::Shelf> shelf_;
 };
 

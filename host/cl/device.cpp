@@ -45,6 +45,12 @@ std::string name_of(const cl::Kernel& kernel) {
     return kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
 }
 
+/// Whether the device works in the host's own memory.
+bool shares_memory(const cl::Device& device) {
+    return device.getInfo<CL_DEVICE_TYPE>() == CL_DEVICE_TYPE_CPU ||
+           device.getInfo<CL_DEVICE_HOST_UNIFIED_MEMORY>() == CL_TRUE;
+}
+
 }  // namespace
 
 struct DeviceImpl::OpenCl {
@@ -54,7 +60,7 @@ struct DeviceImpl::OpenCl {
           context(in),
           queue(on ? *on : guarded("create a queue", name, [&] { return own_queue(options); })),
           programs(context, device, cache_folder(options)),
-          pool(context, name, largest_allocation) {}
+          pool(context, name, largest_allocation, shares_memory(device)) {}
 
     [[nodiscard]] cl::CommandQueue own_queue(const DeviceOptions& options) const {
         return {context, device,

@@ -1,7 +1,5 @@
 #include "btfield/image.hpp"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <limits>
 #include <new>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "btfield/error.hpp"
+#include "host/base/huge_pages.hpp"
 #include "host/base/text.hpp"
 #include "host/pictures/colour.hpp"
 #include "host/pictures/picture_names.hpp"
@@ -32,28 +31,22 @@ std::size_t checked_values(Size size, int planes) {
     return area(size) * static_cast<std::size_t>(planes);
 }
 
-constexpr std::size_t huge_page = std::size_t{2} << 20;
-
 }  // namespace
 
 template <class Value>
 Value* PictureAllocator<Value>::allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(Value);
-    if (bytes < huge_page) return static_cast<Value*>(::operator new(bytes));
-    const std::size_t whole = (bytes + huge_page - 1) / huge_page * huge_page;
-    void* const memory = ::operator new (whole, std::align_val_t{huge_page});
-#ifdef MADV_HUGEPAGE
-    static_cast<void>(::madvise(memory, whole, MADV_HUGEPAGE));  // advice: without it all works, slower
-#endif
-    return static_cast<Value*>(memory);
+    if (bytes < detail::huge_page) return static_cast<Value*>(::operator new(bytes));
+    return static_cast<Value*>(detail::map_huge(bytes));
 }
 
 template <class Value>
 void PictureAllocator<Value>::deallocate(Value* values, std::size_t count) noexcept {
-    if (count * sizeof(Value) < huge_page)
+    const std::size_t bytes = count * sizeof(Value);
+    if (bytes < detail::huge_page)
         ::operator delete(values);
     else
-        ::operator delete (values, std::align_val_t{huge_page});
+        detail::unmap_huge(values, bytes);
 }
 
 template struct PictureAllocator<float>;
