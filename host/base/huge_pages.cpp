@@ -19,8 +19,8 @@ void* map_huge(std::size_t bytes) {
     if (bytes > std::numeric_limits<std::size_t>::max() - 2 * huge_page) throw std::bad_alloc();
     const std::size_t whole = whole_pages(bytes);
     // One page more than needed: what lies before and after the first multiple is given back.
-    void* const mapped = ::mmap(nullptr, whole + huge_page, PROT_READ | PROT_WRITE,
-                                MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    void* const mapped =
+        ::mmap(nullptr, whole + huge_page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (mapped == MAP_FAILED) throw std::bad_alloc();
     const auto address = reinterpret_cast<std::uintptr_t>(mapped);
     const std::size_t before = (huge_page - address % huge_page) % huge_page;

@@ -129,10 +129,10 @@ BTFIELD_API void check_writable(const std::filesystem::path& path, int planes, P
                                 std::optional<PixelType> type = {});
 
 /// Begins, in the background, what the first picture that is not PNM, Radiance or a PNG to be written needs
-/// once in a process: loading the codecs, a third of a second of processor time. Returns at once; a picture that is read or written
-/// meanwhile waits for the rest, and so does the end of the process. Any number of calls from any threads do
-/// it once. A failure is reported by the read_picture() or write_picture() that needs the codecs. Does
-/// nothing where btfield is a static library: the codecs are part of the program then.
+/// once in a process: loading the codecs, a third of a second of processor time. Returns at once; a picture
+/// that is read or written meanwhile waits for the rest, and so does the end of the process. Any number of
+/// calls from any threads do it once. A failure is reported by the read_picture() or write_picture() that
+/// needs the codecs. Does nothing where btfield is a static library: the codecs are part of the program then.
 BTFIELD_API void preload_picture_formats();
 /// The same where writing a file of such a name needs the codecs; else nothing.
 BTFIELD_API void preload_picture_formats(const std::filesystem::path& written);
