@@ -229,14 +229,21 @@ void FileOutput::copy_to_target() {
     if (!sink_.close()) fail(asked_, errno, target_);
 }
 
+void FileOutput::begin_flush() const noexcept {
+    static_cast<void>(::sync_file_range(file_.get(), 0, 0, SYNC_FILE_RANGE_WRITE));
+}
+
+void FileOutput::flush() const {
+    if (::fsync(file_.get()) != 0 && errno != EINVAL && errno != ENOSYS) fail(asked_, errno, target_);
+}
+
 void FileOutput::commit(bool flushed) {
     if (special_) {
         copy_to_target();
         return;
     }
     // A disk may report that it is full only now; and a crash after the rename must not leave an empty file.
-    if (flushed && ::fsync(file_.get()) != 0 && errno != EINVAL && errno != ENOSYS)
-        fail(asked_, errno, target_);
+    if (flushed) flush();
     const TemporaryStep step;
     const fs::path unnamed = name_of(file_.get());
     if (hidden_.empty() && !replaces_) {

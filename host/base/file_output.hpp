@@ -54,8 +54,16 @@ class FileOutput {
     /// The same file, for writing from the start.
     [[nodiscard]] int descriptor() const noexcept { return file_.get(); }
 
+    /// Whether the target is not a file: commit() copies into it.
+    [[nodiscard]] bool special() const noexcept { return special_; }
+    /// Tells the disk to begin with what was written, and does not wait. A hint: failures are flush()'s.
+    void begin_flush() const noexcept;
+    /// Waits until the bytes are on the disk.
+    /// \throws InputError when that fails, such as for a full disk
+    void flush() const;
+
     /// Moves the file to the target. Call once, after the writer has closed it.
-    /// \param flushed  to the disk before: a crash then never leaves an empty file
+    /// \param flushed  to the disk before, as flush() does: a crash then never leaves an empty file
     /// \throws InputError when that fails
     void commit(bool flushed = true);
 

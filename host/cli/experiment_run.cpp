@@ -100,18 +100,6 @@ std::string result_text(const ExperimentResult& result) {
     return text + "\n";
 }
 
-void read_shard(const std::string& text, ExperimentRunOptions& options) {
-    const std::size_t slash = text.find('/');
-    constexpr std::uint64_t most = 1'000'000;
-    const auto count =
-        slash == std::string::npos ? std::nullopt : parse_number(text.substr(slash + 1), 1, most);
-    const auto index = count ? parse_number(text.substr(0, slash), 1, *count) : std::nullopt;
-    if (!index)
-        throw CLI::ValidationError("--shard", "'" + text + "' is not I/N with I from 1 to N, such as 2/8");
-    options.shard = static_cast<int>(*index);
-    options.shards = static_cast<int>(*count);
-}
-
 /// What a shell would need to run the same again.
 std::string resume_text(const RunOptions& options) {
     return "run the same command again: it resumes from '" + options.database + "'";
@@ -184,11 +172,13 @@ void add_experiment_run(CLI::App& parent, Action& action) {
     command->add_option("-o,--out", options->database, "database of results; one that exists is completed")
         ->required()
         ->type_name("RESULTS.db");
-    command
-        ->add_option_function<std::string>(
-            "--shard", [options](const std::string& text) { read_shard(text, options->run); },
-            "only part I of N, into a database of its own; `experiment merge` joins them")
-        ->type_name("I/N");
+    add_shard(
+        *command,
+        [options](Shard shard) {
+            options->run.shard = shard.index;
+            options->run.shards = shard.count;
+        },
+        "only part I of N, into a database of its own; `experiment merge` joins them");
     add_int(*command, "--jobs", options->jobs, 1, 1024,
             "threads that work side by side (default: one per core; one per rank under mpirun)");
     command

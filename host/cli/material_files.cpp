@@ -176,7 +176,8 @@ void MaterialFiles::check(const std::vector<fs::path>& names) const {
                        type_of(maps_[m]));
 }
 
-std::uintmax_t MaterialFiles::write(Device& device, const std::vector<fs::path>& names, const Image& texture,
+std::uintmax_t MaterialFiles::write(Device& device, PictureBatch& pictures,
+                                    const std::vector<fs::path>& names, const Image& texture,
                                     SurfaceEdges edges, const std::optional<Crop>& window,
                                     const ExportedMaterial& material, WrittenRemarks& remarks) const {
     std::vector<Image> images = split_maps(device, maps_, texture, edges);
@@ -189,6 +190,7 @@ std::uintmax_t MaterialFiles::write(Device& device, const std::vector<fs::path>&
         WriteOptions how;
         how.source = map.type;
         how.type = type_of(map);
+        how.compression = writing_.compression;
         how.keep_values = writing_.keep_values || map.role != MapRole::colour;
         const auto planes = static_cast<std::size_t>(map.planes);
         if (!limits_.empty() && planes > 0 && !is_relief(map))
@@ -198,13 +200,13 @@ std::uintmax_t MaterialFiles::write(Device& device, const std::vector<fs::path>&
         if (map.role == MapRole::normal) image = encode_normals(image, convention(map));
         if (map.role == MapRole::height && map.scale > 0.0 && how.type == PixelType::uint16)
             image = encode_height(image, map.scale);
-        const WriteReport report = write_picture(names[m], image, how);
+        const WriteReport report = pictures.write(names[m], image, how);
         clamped += report.clamped_pixels;
         remarks.add(names[m], report);
         if (map.role == MapRole::normal && convention(map) == NormalConvention::directx)
             for (float& green : image.plane(1)) green = 1.0F - green;
     }
-    write_pictures(material, images);
+    write_pictures(pictures, material, images);
     return clamped;
 }
 
@@ -246,15 +248,17 @@ MaterialFiles::Exports MaterialFiles::exports(std::optional<int> number, int cou
     return files;
 }
 
-void MaterialFiles::write_pictures(const ExportedMaterial& material, const std::vector<Image>& images) const {
+void MaterialFiles::write_pictures(PictureBatch& batch, const ExportedMaterial& material,
+                                   const std::vector<Image>& images) const {
     if (!exports_.wants(MaterialExport::gltf)) return;
     const GltfPictures pictures = gltf_pictures(material);
     const auto write = [&](const std::string& file, const Image& image, PixelType type, bool keep) {
         WriteOptions how;
         how.source = type;
         how.type = type;
+        how.compression = writing_.compression;
         how.keep_values = keep;
-        static_cast<void>(write_picture(folder_ / file, image, how));
+        static_cast<void>(batch.write(folder_ / file, image, how));
     };
     const auto image_of = [&](MapRole role) -> const Image& {
         return images[static_cast<std::size_t>(material.find(role) - material.maps.data())];

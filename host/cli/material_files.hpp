@@ -13,6 +13,7 @@
 #include "btfield/height.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/models.hpp"
+#include "btfield/picture_batch.hpp"
 #include "host/cli/material_export.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/run_files.hpp"
@@ -74,8 +75,9 @@ class MaterialFiles {
     /// \param window  in the texture; of all of it, its edges: periodic where it tiles
     /// \param material  of these maps
     /// \returns number of pixels that were clamped in any map
-    std::uintmax_t write(Device& device, const std::vector<std::filesystem::path>& names,
-                         const Image& texture, SurfaceEdges edges, const std::optional<Crop>& window,
+    std::uintmax_t write(Device& device, PictureBatch& pictures,
+                         const std::vector<std::filesystem::path>& names, const Image& texture,
+                         SurfaceEdges edges, const std::optional<Crop>& window,
                          const ExportedMaterial& material, WrittenRemarks& remarks) const;
     void write_side_file(Size size, bool tileable) const;
     /// Files of exports(), but for the pictures that write() has written.
@@ -86,7 +88,8 @@ class MaterialFiles {
                                             bool tileable) const;
 
   private:
-    void write_pictures(const ExportedMaterial& material, const std::vector<Image>& images) const;
+    void write_pictures(PictureBatch& batch, const ExportedMaterial& material,
+                        const std::vector<Image>& images) const;
     [[nodiscard]] PixelType type_of(const MaterialMap& map) const;
     [[nodiscard]] NormalConvention convention(const MaterialMap& map) const;
 

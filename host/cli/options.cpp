@@ -128,6 +128,21 @@ CLI::Option* add_uint64(CLI::App& app, const std::string& name, std::uint64_t& v
         ->type_name("N");
 }
 
+CLI::Option* add_shard(CLI::App& app, std::function<void(Shard)> take, const std::string& help) {
+    const auto read = [take = std::move(take)](const std::string& text) {
+        const std::size_t slash = text.find('/');
+        constexpr std::uint64_t most = 1'000'000;
+        const auto count =
+            slash == std::string::npos ? std::nullopt : parse_number(text.substr(slash + 1), 1, most);
+        const auto index = count ? parse_number(text.substr(0, slash), 1, *count) : std::nullopt;
+        if (!index)
+            throw CLI::ValidationError("--shard",
+                                       "'" + text + "' is not I/N with I from 1 to N, such as 2/8");
+        take({static_cast<int>(*index), static_cast<int>(*count)});
+    };
+    return app.add_option_function<std::string>("--shard", read, help)->type_name("I/N");
+}
+
 CLI::Option* add_size(CLI::App& app, const std::string& name, std::optional<Size>& value,
                       const std::string& help) {
     return add_parsed(app, name, value, help, parse_size,

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -36,6 +37,12 @@ CLI::Option* add_int(CLI::App& app, const std::string& name, std::optional<int>&
                      int highest, const std::string& help);
 CLI::Option* add_uint64(CLI::App& app, const std::string& name, std::uint64_t& value,
                         const std::string& help);
+/// One of several runs that share work: number `index`, from 1 to `count`.
+struct Shard {
+    int index = 1, count = 1;
+};
+/// --shard I/N.
+CLI::Option* add_shard(CLI::App& app, std::function<void(Shard)> take, const std::string& help);
 CLI::Option* add_size(CLI::App& app, const std::string& name, std::optional<Size>& value,
                       const std::string& help);
 CLI::Option* add_crop(CLI::App& app, const std::string& name, std::optional<Crop>& value,

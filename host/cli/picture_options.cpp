@@ -56,6 +56,12 @@ void add_writing(CLI::App& app, WritingArguments& arguments, bool with_keep_valu
             ->group(group);
 }
 
+void add_compression(CLI::App& app, WritingArguments& arguments) {
+    add_int(app, "--compression", arguments.compression, 0, 9,
+            "effort of lossless compression in PNG, TIFF and EXR, 0 to 9 (default: 1 in PNG)")
+        ->group(group);
+}
+
 /// Whether a file's name says that its one plane is measured, not seen. Words that photographs have in their
 /// names too (metal, rough, mask) say nothing.
 bool names_a_map(const std::filesystem::path& path) {
@@ -82,27 +88,41 @@ Picture read_told(const std::filesystem::path& path, const ReadOptions& options)
 }
 
 WriteOptions write_options(const Provenance& provenance, const WritingArguments& arguments) {
-    return {provenance.type, arguments.type, arguments.keep_values, provenance.chromaticities,
-            provenance.limits};
+    return {provenance.type,           arguments.type,    arguments.keep_values,
+            provenance.chromaticities, provenance.limits, arguments.compression};
 }
 
 WriteOptions write_options(const Picture& picture, const WritingArguments& arguments) {
-    return {picture.type, arguments.type, arguments.keep_values, picture.chromaticities,
-            plane_limits(picture.image)};
+    return {picture.type,
+            arguments.type,
+            arguments.keep_values,
+            picture.chromaticities,
+            plane_limits(picture.image),
+            arguments.compression};
 }
 
 void WrittenRemarks::add(const std::filesystem::path& path, const WriteReport& report) {
-    for (const std::string& remark : report.remarks) {
-        const auto known = std::ranges::find(told_, remark, &Told::remark);
-        if (known == told_.end())
-            told_.push_back({remark, path, 1});
-        else
-            ++known->files;
+    for (const std::string& remark : report.remarks) add(Told{remark, path, 1});
+}
+
+void WrittenRemarks::add(const WrittenRemarks& others) {
+    for (const Told& told : others.told_) add(told);
+}
+
+void WrittenRemarks::add(const Told& told) {
+    const auto known = std::ranges::find(told_, told.remark, &Told::remark);
+    if (known == told_.end()) {
+        told_.push_back(told);
+    } else {
+        known->first = std::min(known->first, told.first);
+        known->files += told.files;
     }
 }
 
 void WrittenRemarks::tell() const {
-    for (const Told& told : told_) {
+    std::vector<Told> ordered = told_;
+    std::ranges::stable_sort(ordered, {}, &Told::first);
+    for (const Told& told : ordered) {
         const std::string more =
             told.files > 1 ? " and " + std::to_string(told.files - 1) + " more" : std::string();
         warn(quoted_path(told.first) + more + ": " + told.remark);

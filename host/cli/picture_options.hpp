@@ -21,8 +21,11 @@ void add_reading(CLI::App& app, ReadOptions& options);
 struct WritingArguments {
     std::optional<PixelType> type;
     bool keep_values = false;
+    std::optional<int> compression;  ///< of add_compression()
 };
 void add_writing(CLI::App& app, WritingArguments& arguments, bool with_keep_values);
+/// --compression.
+void add_compression(CLI::App& app, WritingArguments& arguments);
 
 /// Reads the picture and warns, in one line, of what it is not as the file has it and of transparency.
 [[nodiscard]] Picture read_told(const std::filesystem::path& path, const ReadOptions& options);
@@ -36,7 +39,8 @@ void add_writing(CLI::App& app, WritingArguments& arguments, bool with_keep_valu
 class WrittenRemarks {
   public:
     void add(const std::filesystem::path& path, const WriteReport& report);
-    /// Warns of each in one line.
+    void add(const WrittenRemarks& others);
+    /// Warns of each in one line, in the order of the files' names, which may have been written in any.
     void tell() const;
 
   private:
@@ -45,6 +49,8 @@ class WrittenRemarks {
         std::filesystem::path first;
         int files = 0;
     };
+    void add(const Told& told);
+
     std::vector<Told> told_;
 };
 

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <span>
@@ -13,7 +14,9 @@
 #include "btfield/compound.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
+#include "btfield/picture_batch.hpp"
 #include "btfield/synthesis.hpp"
+#include "btfield/threads.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
@@ -26,6 +29,7 @@
 #include "host/cli/profile_text.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/run_files.hpp"
+#include "host/cli/texture_writer.hpp"
 #include "host/relief/relief_names.hpp"
 #include "host/synthesis/synthesis_names.hpp"
 
@@ -41,6 +45,7 @@ struct SynthArguments {
     std::optional<Offset> offset;
     std::uint64_t seed = 0;
     std::optional<int> count;
+    std::optional<Shard> shard;
     SynthesisOptions synthesis;
     WritingArguments writing;
     std::optional<NormalConvention> normals;
@@ -60,10 +65,12 @@ struct SynthJob {
     std::optional<ControlField> control;
     std::vector<double> shares;  ///< of a compound model's regions, summed over textures
     std::vector<std::uint64_t> seeds;
+    int first = 0;  ///< number of the first texture in the batch, of which this may be a shard
     bool tileable = false;
     Size lattice;
     std::uintmax_t clamped_pixels = 0;
     WrittenRemarks remarks;
+    double rate = 0.0;  ///< textures per second, from the first one's beginning to the last one's end
     double setup = 0.0, synthesis = 0.0, write = 0.0, total = 0.0;
 };
 
@@ -147,6 +154,21 @@ void check_exports(SynthJob& job, std::optional<int> number, int count,
     }
 }
 
+/// Numbers of the batch's textures that this run grows: from the first to before the second.
+std::pair<int, int> own_textures(const SynthArguments& options) {
+    const int count = options.count.value_or(1);
+    if (!options.shard) return {0, count};
+    const auto [index, of] = *options.shard;
+    if (!options.count) throw UsageError("--shard goes with --count: it is a part of that batch");
+    if (of > count)
+        throw UsageError("--shard: " + detail::counted(count, "texture") + " make no " + std::to_string(of) +
+                         " shards");
+    const auto end_of = [count, parts = of](int shard) {
+        return static_cast<int>(static_cast<long long>(count) * shard / parts);
+    };
+    return {end_of(index - 1), end_of(index)};
+}
+
 /// Reads and checks all models and all names of outputs, before any work is done.
 std::vector<SynthJob> plan(const SynthArguments& options) {
     const bool folder =
@@ -166,6 +188,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             "--offset without --period: the plane repeats after the texture's own size, so that every window "
             "is the same texture, shifted; give a larger --period for more of it");
     const int count = options.count.value_or(1);
+    const auto [begin, end] = own_textures(options);
     std::vector<SynthJob> jobs;
     RunFiles files(options.overwrite, options.json);
     if (!options.control.empty()) files.reads(options.control);
@@ -174,6 +197,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
         SynthJob job;
         job.file = file;
         job.offset = options.offset;
+        job.first = begin;
         about(options, file, [&] {
             std::visit([&](auto model) { set_model(options, job, std::move(model)); }, read_any_model(file));
         });
@@ -190,7 +214,7 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
         }
         const fs::path output =
             folder ? options.output / fs::path(file).stem().concat(extension(job)) : fs::path(options.output);
-        for (int i = 0; i < count; ++i) {
+        for (int i = begin; i < end; ++i) {
             std::vector<fs::path> outputs{options.count ? numbered(output, i, count) : output};
             if (job.material)
                 outputs = job.material->names(options.count ? std::optional(i) : std::nullopt, count);
@@ -230,7 +254,13 @@ Grower whole_plane(Device& device, SynthJob& job, const auto& model, const Optio
     return Grower(device, model, job.plane, rest...);
 }
 
-void write_maps(Device& device, const SynthArguments& options, SynthJob& job, std::size_t number,
+/// Where threads that write put pictures, and what they note in the job.
+struct Sink {
+    PictureBatch pictures;
+    std::mutex noting;  ///< of clamped_pixels, remarks and write of the job
+};
+
+void write_maps(Device& device, const SynthArguments& options, SynthJob& job, Sink& sink, std::size_t number,
                 const Image& texture) {
     const std::size_t each = job.outputs.size() / job.seeds.size();
     const auto first = job.outputs.begin() + static_cast<std::ptrdiff_t>(number * each);
@@ -238,12 +268,18 @@ void write_maps(Device& device, const SynthArguments& options, SynthJob& job, st
     const bool endless = job.tileable || job.offset;
     std::optional<Crop> window;
     if (job.offset) window = Crop{job.offset->column, job.offset->row, job.size.width, job.size.height};
-    const ExportedMaterial material =
-        job.material->exported(options.count ? std::optional(static_cast<int>(number)) : std::nullopt,
-                               options.count.value_or(1), job.size, job.tileable);
-    job.clamped_pixels +=
-        job.material->write(device, names, texture, endless ? SurfaceEdges::periodic : SurfaceEdges::mirror,
-                            window, material, job.remarks);
+    const ExportedMaterial material = job.material->exported(
+        options.count ? std::optional(job.first + static_cast<int>(number)) : std::nullopt,
+        options.count.value_or(1), job.size, job.tileable);
+    WrittenRemarks remarks;
+    const std::uintmax_t clamped = job.material->write(
+        device, sink.pictures, names, texture, endless ? SurfaceEdges::periodic : SurfaceEdges::mirror,
+        window, material, remarks);
+    {
+        const std::lock_guard lock(sink.noting);
+        job.clamped_pixels += clamped;
+        job.remarks.add(remarks);
+    }
     if (number == 0) job.material->write_side_file(job.size, job.tileable);
     const std::vector<std::string> left_out = job.material->write_exports(material);
     if (number == 0)
@@ -253,23 +289,28 @@ void write_maps(Device& device, const SynthArguments& options, SynthJob& job, st
 /// Of textures: squares of larger values, which spectra are made of, leave single precision.
 constexpr double largest_value = 1e18;
 
-void write_texture(Device& device, const SynthArguments& options, SynthJob& job, std::size_t number,
-                   const Image& texture) {
+/// Of textures of one job, any number of threads may write.
+void write_texture(Device& device, const SynthArguments& options, SynthJob& job, Sink& sink,
+                   std::size_t number, const Image& texture) {
     const Stopwatch writing;
+    const auto note_time = [&] {
+        const std::lock_guard lock(sink.noting);
+        job.write += writing.seconds();
+    };
     // What a model's numbers can lead to is no fault of a picture.
     if (!std::ranges::all_of(texture.values(), [](float v) { return std::abs(v) <= largest_value; }))
         throw InputError("synthesise from '" + job.file + "'",
                          "its texture has values that are not finite or beyond " + number_text(largest_value),
                          "the model's numbers are out of range: fit it again");
     if (job.material) {
-        write_maps(device, options, job, number, texture);
-        job.write += writing.seconds();
-        return;
+        write_maps(device, options, job, sink, number, texture);
+        return note_time();
     }
     const WriteOptions how = std::visit(
         [&](const auto& model) { return write_options(model.provenance, options.writing); }, job.model);
     const auto write = [&](const Image& image) {
-        const WriteReport report = write_picture(job.outputs[number], image, how);
+        const WriteReport report = sink.pictures.write(job.outputs[number], image, how);
+        const std::lock_guard lock(sink.noting);
         job.clamped_pixels += report.clamped_pixels;
         job.remarks.add(job.outputs[number], report);
     };
@@ -277,7 +318,7 @@ void write_texture(Device& device, const SynthArguments& options, SynthJob& job,
         write(texture.window(job.offset->row, job.offset->column, job.size));
     else
         write(texture);
-    job.write += writing.seconds();
+    note_time();
 }
 
 /// Whether a field that somebody painted goes on across its edges: labels change there no more often than
@@ -299,6 +340,54 @@ bool continues(const ControlField& field) {
     return std::max(across, down) <= 1.25 * usual + 0.02;
 }
 
+/// What takes the textures of one job from grow().
+class Output {
+  public:
+    /// \param batch  textures that are grown at a time
+    Output(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
+           double share, std::size_t batch)
+        : job_(job),
+          bar_(bar),
+          done_(done),
+          share_(share),
+          writer_(
+              [&, this](std::size_t number, const Image& texture) {
+                  write_texture(device, options, job_, sink_, number, texture);
+              },
+              threads(job), std::max(batch, static_cast<std::size_t>(thread_limit()))) {}
+
+    void put(std::size_t number, Image texture) {
+        writer_.put(number, std::move(texture));
+        const auto ready = static_cast<double>(number + 1), all = static_cast<double>(job_.seeds.size());
+        const double seconds = watch_.seconds(), rate = ready / seconds;
+        std::string text =
+            std::to_string(number + 1) + " of " + detail::counted(job_.seeds.size(), "texture");
+        if (seconds > 1.0)
+            text += ", " + number_text(rate) + "/s, " + seconds_text((all - ready) / rate) + " left";
+        bar_.show(done_ + share_ * ready / all, text);
+    }
+    void finish() {
+        writer_.finish();
+        const Stopwatch waiting;
+        sink_.pictures.finish();
+        job_.write += waiting.seconds();
+        job_.rate = static_cast<double>(job_.seeds.size()) / watch_.seconds();
+    }
+
+  private:
+    /// A single texture is written at once, and one thread does all where no more is allowed.
+    static int threads(const SynthJob& job) {
+        return job.seeds.size() > 1 && thread_limit() > 1 ? thread_limit() : 0;
+    }
+
+    SynthJob& job_;
+    Progress& bar_;
+    double done_, share_;
+    Stopwatch watch_;
+    Sink sink_;
+    TextureWriter writer_;
+};
+
 void grow_compound(Device& device, const SynthArguments& options, SynthJob& job, Progress& bar, double done,
                    double share) {
     const Stopwatch total, setup;
@@ -309,20 +398,20 @@ void grow_compound(Device& device, const SynthArguments& options, SynthJob& job,
         synthesiser.tileable() && job.size == job.plane && (!job.control || continues(*job.control));
     job.lattice = synthesiser.lattice();
     job.shares.assign(model.regions.size(), 0.0);
+    Output output(device, options, job, bar, done, share, 1);
     for (std::size_t i = 0; i < job.seeds.size(); ++i) {
-        bar.show(done + share * static_cast<double>(i) / static_cast<double>(job.seeds.size()),
-                 "texture " + std::to_string(i + 1) + " of " + std::to_string(job.seeds.size()));
         const Stopwatch synthesis;
         const ControlField field =
             job.control ? on_lattice(*job.control, job.plane) : synthesiser.control_field(job.seeds[i]);
-        const Image texture = synthesiser.synthesise(job.seeds[i], field);
+        Image texture = synthesiser.synthesise(job.seeds[i], field);
         job.synthesis += synthesis.seconds();
         const ControlField seen = on_lattice(field, job.plane);
         const std::vector<double> own = shares(seen);
         for (std::size_t k = 0; k < own.size(); ++k) job.shares[k] += own[k];
-        write_texture(device, options, job, i, texture);
+        output.put(i, std::move(texture));
         if (!job.labels_outputs.empty()) write_labels(job.labels_outputs[i], seen, palette(model));
     }
+    output.finish();
     job.total += total.seconds();
 }
 
@@ -341,16 +430,16 @@ void grow(Device& device, const SynthArguments& options, SynthJob& job, Progress
     job.lattice = synthesiser.lattice();
     const std::size_t count = job.seeds.size();
     const auto batch = static_cast<std::size_t>(std::max(1, synthesiser.batch()));
+    Output output(device, options, job, bar, done, share, batch);
     for (std::size_t start = 0; start < count; start += batch) {
         const std::size_t n = std::min(batch, count - start);
-        bar.show(done + share * static_cast<double>(start) / static_cast<double>(count),
-                 "texture " + std::to_string(start + 1) + " of " + std::to_string(count));
         const Stopwatch synthesis;
-        const std::vector<Image> textures =
+        std::vector<Image> textures =
             synthesiser.synthesise(std::span<const std::uint64_t>(job.seeds).subspan(start, n));
         job.synthesis += synthesis.seconds();
-        for (std::size_t i = 0; i < n; ++i) write_texture(device, options, job, start + i, textures[i]);
+        for (std::size_t i = 0; i < n; ++i) output.put(start + i, std::move(textures[i]));
     }
+    output.finish();
     job.total += total.seconds();
 }
 
@@ -408,6 +497,7 @@ Json job_json(const SynthJob& job, const Device& device) {
         for (const double sum : job.shares) each.push_back(sum / static_cast<double>(job.seeds.size()));
         object["shares"] = std::move(each);
     }
+    object["textures_per_second"] = job.rate;
     object["seconds"] = std::move(seconds);
     return object;
 }
@@ -435,7 +525,8 @@ std::string job_text(const SynthJob& job, SynthesisMethod method, const Device& 
     }
     text += "set-up " + seconds_text(job.setup) + ", " +
             seconds_text(job.synthesis / static_cast<double>(count)) + " per texture, write " +
-            seconds_text(job.write) + ", total " + seconds_text(job.total) + "\n";
+            seconds_text(job.write) + ", total " + seconds_text(job.total) +
+            (count > 1 ? "; " + number_text(job.rate) + " textures per second" : "") + "\n";
     return text;
 }
 
@@ -509,6 +600,9 @@ void add_synth(CLI::App& app, Action& action) {
     add_uint64(*command, "--seed", options->seed, "which texture (default: 0)");
     add_int(*command, "--count", options->count, 1, 1000000,
             "this many textures, of seeds N, N + 1, ...; a zero-padded number goes before the extension");
+    add_shard(
+        *command, [options](Shard shard) { options->shard = shard; },
+        "only part I of the N of that batch, with the names and seeds that it has there");
     const std::string synthesis = "Synthesis";
     add_choice(
         *command, "--method", options->synthesis.method,
@@ -546,6 +640,7 @@ void add_synth(CLI::App& app, Action& action) {
         ->type_name("LABELS")
         ->group(compound);
     add_writing(*command, options->writing, true);
+    add_compression(*command, options->writing);
     add_device(*command, options->device);
     add_overwrite(*command, options->overwrite);
     add_json(*command, options->json);
@@ -553,7 +648,9 @@ void add_synth(CLI::App& app, Action& action) {
         *command,
         {.usual = {{"btfield synth cork.json -o cork-4x.png --size 1024x1024"},
                    {"btfield synth cork.json -o variant.png --count 16", "variant-00.png to variant-15.png"}},
-         .more = {{"btfield synth models/*.json -o textures/"},
+         .more = {{"btfield synth cork.json -o variant.png --count 16 --shard 2/4",
+                   "variant-04.png to variant-07.png"},
+                  {"btfield synth models/*.json -o textures/"},
                   {"btfield synth bark.json -o bark/ --size 2048", "all maps of 'btfield fit --joint'"},
                   {"btfield synth bark.json -o bark/ --export blender,gltf --pixel-size 0.5",
                    "and bark.py, which builds the material in Blender, and bark.gltf"},

@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
 #include "host/pictures/colour.hpp"
+#include "host/pictures/encoded_picture.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pnm.hpp"
@@ -249,7 +252,7 @@ Picture read_picture(const fs::path& path, std::optional<Crop> crop) {
     return read_picture(path, ReadOptions{crop, {}, {}, false});
 }
 
-WriteReport write_picture(const fs::path& path, const Image& image, const WriteOptions& options) {
+EncodedPicture detail::encode(const fs::path& path, const Image& image, const WriteOptions& options) {
     const std::string asked = "write '" + path.string() + "'";
     Storage storage = storage_for(path, image.planes(), options.source, options.type, asked);
     if (!options.limits.empty() && options.limits.size() != static_cast<std::size_t>(image.planes()))
@@ -257,7 +260,8 @@ WriteReport write_picture(const fs::path& path, const Image& image, const WriteO
                          "limits of " + counted(options.limits.size(), "plane") + " are given for " +
                              std::to_string(image.planes()),
                          "give one of each, or none");
-    WriteReport report;
+    EncodedPicture encoded;
+    WriteReport& report = encoded.report;
     std::optional<Image> readable;
     const bool right = (image.space() == ColourSpace::unspecified && image.plane_spaces().empty()) ||
                        (image.space() == ColourSpace::srgb && is_integer(storage.type));
@@ -269,12 +273,18 @@ WriteReport write_picture(const fs::path& path, const Image& image, const WriteO
     const bool own = stored.space() == ColourSpace::linear || stored.space() == ColourSpace::unspecified;
     if (stored.planes() == 3 && own) storage.chromaticities = options.chromaticities;
     check_values(stored, storage, asked);
-    FileOutput file(path, asked);
-    store_picture(file.temporary(), stored, storage, asked);
-    file.commit();
+    storage.compression = options.compression;
+    encoded.file = std::make_unique<FileOutput>(path, asked);
+    store_picture(encoded.file->temporary(), stored, storage, asked);
     report.clamped_pixels = count_clamped(stored, storage, options.limits);
     tell_loss(stored, options.source, storage, report.remarks);
-    return report;
+    return encoded;
+}
+
+WriteReport write_picture(const fs::path& path, const Image& image, const WriteOptions& options) {
+    EncodedPicture encoded = encode(path, image, options);
+    encoded.file->commit();
+    return std::move(encoded.report);
 }
 
 WriteReport write_picture(const fs::path& path, const Image& image, PixelType source,

@@ -92,6 +92,7 @@ struct Storage {
     PixelType type = PixelType::uint8;
     /// Primaries that the file is to name; of EXR and HDR.
     std::optional<Chromaticities> chromaticities = {};
+    std::optional<int> compression = {};  ///< as in WriteOptions
 };
 
 /// Format by the extension (any case); none where it is unknown.

@@ -76,7 +76,7 @@ void write_picture_png(png_structp png, png_infop info, PngWork& work) {
     png_set_IHDR(png, info, static_cast<png_uint_32>(image.width()), static_cast<png_uint_32>(image.height()),
                  work.wide ? 16 : 8, colour ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_ALL_FILTERS);
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, work.level == 0 ? PNG_NO_FILTERS : PNG_ALL_FILTERS);
     if (colour && image.space() == ColourSpace::srgb)
         png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_ABSOLUTE);
     if (colour && image.space() == ColourSpace::linear) png_set_gAMA_fixed(png, info, PNG_FP_1);
@@ -110,10 +110,16 @@ void encode_png(const std::filesystem::path& path, const Image& image, const Sto
     std::string description = description_of(image, storage, {});
     std::vector<std::uint8_t> row(static_cast<std::size_t>(image.width()) *
                                   static_cast<std::size_t>(image.planes()) * (wide ? 2 : 1));
-    PngWork work{{file.get()}, &image, wide, 2, Z_RLE, nullptr, row.data()};
+    PngWork work{{file.get()},       &image,  wide,      storage.compression.value_or(1),
+                 Z_DEFAULT_STRATEGY, nullptr, row.data()};
     // What filters leave of texture is noise: matches other than runs cost the time and gain nothing. Planes
     // that repeat each other do match, though filters hide it from runs.
-    if (image.planes() > 1 && is_grey(image)) work.strategy = Z_DEFAULT_STRATEGY;
+    if (work.level == 1) {
+        if (image.planes() > 1 && is_grey(image))
+            work.level = 2;
+        else
+            work.strategy = Z_RLE;
+    }
     if (!description.empty()) work.description = description.data();
     Png png(Png::Use::write);
     const bool written = png.run(&write_picture_png, work);

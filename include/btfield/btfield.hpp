@@ -34,6 +34,7 @@
 #include "btfield/model_file.hpp"      // IWYU pragma: export
 #include "btfield/models.hpp"          // IWYU pragma: export
 #include "btfield/neighbourhood.hpp"   // IWYU pragma: export
+#include "btfield/picture_batch.hpp"   // IWYU pragma: export
 #include "btfield/pyramid.hpp"         // IWYU pragma: export
 #include "btfield/relief.hpp"          // IWYU pragma: export
 #include "btfield/relightable.hpp"     // IWYU pragma: export

@@ -165,7 +165,13 @@ OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
     const std::string description = description_of(image, storage, spec.channelnames);
     if (!description.empty()) spec.attribute("ImageDescription", description);
     spec.attribute("jpeg:subsampling", "4:4:4");
-    spec.attribute("Compression", storage.format == PictureFormat::jpeg ? "jpeg:98" : "zip");
+    spec.attribute("Compression", storage.format == PictureFormat::jpeg ? "jpeg:98"
+                                  : storage.compression == 0            ? "none"
+                                                                        : "zip");
+    if (storage.compression.value_or(0) > 0) {
+        spec.attribute("tiff:zipquality", *storage.compression);
+        spec.attribute("openexr:zipCompressionLevel", *storage.compression);
+    }
     spec.attribute("tiff:half", 1);
     spec.attribute("tiff:write_exif", 0);
     spec.attribute("DateTime", "");  // the same picture makes the same file
