@@ -43,6 +43,7 @@ void add_case(const std::string& name, bool draw, double budget) {
         const LinearField& field = linear_field(state->fitted.levels.front().models.front());
         state->factors = std::make_unique<SpectralFactors>(impl, std::vector<SpectralForm>{field}, size, 1.0,
                                                            state->fitted.mean, budget);
+        state->factors->store(impl);
         const std::vector<float> zero(spectrum_floats(size, field.planes));
         state->spectrum = {impl.upload(zero), impl.upload(zero)};
         state->keys = impl.upload(std::vector<std::array<std::uint32_t, 2>>{{1, 0}});

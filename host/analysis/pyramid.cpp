@@ -113,10 +113,6 @@ DevicePlanes PyramidStages::reduce(const DevicePlanes& fine) {
     return {std::move(values), coarse, coarse, fine.planes};
 }
 
-std::size_t PyramidStages::expand_scratch_bytes(Size fine, int planes) {
-    return plane_bytes(fine, planes);
-}
-
 DevicePlanes PyramidStages::add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale) {
     const Size fine = base.size;
     const auto planes = static_cast<std::size_t>(base.planes);

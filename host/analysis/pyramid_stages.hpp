@@ -18,8 +18,6 @@ class PyramidStages {
     [[nodiscard]] DevicePlanes reduce(const DevicePlanes& fine);
     /// base + scale · ↑n(coarse), of base's size, filling its lattice. May take over base's memory.
     [[nodiscard]] DevicePlanes add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale);
-    /// Bytes that add_expanded takes beside base and coarse.
-    [[nodiscard]] static std::size_t expand_scratch_bytes(Size fine, int planes);
 
   private:
     [[nodiscard]] Kernel kernel(const char* name);

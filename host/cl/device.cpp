@@ -155,14 +155,17 @@ void DeviceImpl::write(const Buffer& target, const void* source, std::size_t byt
             [&] { opencl_->queue.enqueueWriteBuffer(*target.handle(), CL_TRUE, offset, bytes, source); });
 }
 
-void DeviceImpl::fill(const Buffer& target, const std::function<void(std::byte*)>& work) {
+template <class Work>
+void DeviceImpl::mapped(const Buffer& buffer, bool to_write, std::size_t offset, std::size_t bytes,
+                        const Work& work) {
     const auto unmap = [&](void* at) {
-        guarded("copy to the device", info_.name,
-                [&] { opencl_->queue.enqueueUnmapMemObject(*target.handle(), at); });
+        guarded("unmap device memory", info_.name,
+                [&] { opencl_->queue.enqueueUnmapMemObject(*buffer.handle(), at); });
     };
     void* at = guarded("map device memory", info_.name, [&] {
-        return opencl_->queue.enqueueMapBuffer(*target.handle(), CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0,
-                                               target.bytes());
+        return opencl_->queue.enqueueMapBuffer(*buffer.handle(), CL_TRUE,
+                                               to_write ? CL_MAP_WRITE_INVALIDATE_REGION : CL_MAP_READ,
+                                               offset, bytes);
     });
     try {
         work(static_cast<std::byte*>(at));
@@ -173,10 +176,24 @@ void DeviceImpl::fill(const Buffer& target, const std::function<void(std::byte*)
     unmap(at);
 }
 
-void DeviceImpl::read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset) {
+void DeviceImpl::fill(const Buffer& target, const std::function<void(std::byte*)>& work) {
+    mapped(target, true, 0, target.bytes(), work);
+}
+
+void DeviceImpl::look(const Buffer& source, std::size_t offset, std::size_t bytes,
+                      const std::function<void(const std::byte*)>& work) {
+    check_inside(source, bytes, offset);
+    mapped(source, false, offset, bytes, work);
+}
+
+void DeviceImpl::check_inside(const Buffer& source, std::size_t bytes, std::size_t offset) {
     if (offset > source.bytes() || bytes > source.bytes() - offset)
         throw DeviceError("read device memory", "the copy begins or ends outside the buffer",
                           "report this defect");
+}
+
+void DeviceImpl::read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset) {
+    check_inside(source, bytes, offset);
     if (bytes == 0) return;
     guarded("copy from the device", info_.name,
             [&] { opencl_->queue.enqueueReadBuffer(*source.handle(), CL_TRUE, offset, bytes, target); });

@@ -113,6 +113,9 @@ class DeviceImpl {
     /// Lets `work` write the memory, all of it, where it lies or where the device fetches it from: on a CPU
     /// nothing is copied.
     void fill(const Buffer& target, const std::function<void(std::byte*)>& work);
+    /// Lets `work` read memory where it lies or where the device puts it: on a CPU nothing is copied.
+    void look(const Buffer& source, std::size_t offset, std::size_t bytes,
+              const std::function<void(const std::byte*)>& work);
     /// Blocks until the bytes are there.
     void read(const Buffer& source, void* target, std::size_t bytes, std::size_t offset = 0);
     /// \param result what is to be left there
@@ -186,6 +189,11 @@ class DeviceImpl {
 
     /// record(), the mutex held.
     void record_enqueued(std::string label, const cl::Event& event, const LaunchWork& work);
+
+    static void check_inside(const Buffer& source, std::size_t bytes, std::size_t offset);
+    /// work(where the bytes are)
+    template <class Work>
+    void mapped(const Buffer& buffer, bool to_write, std::size_t offset, std::size_t bytes, const Work& work);
 
     struct OpenCl;
     /// What depends on the device alone.

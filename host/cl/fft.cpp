@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <mutex>
 #include <numbers>
 
@@ -55,16 +56,23 @@ class LaneFft : public Fft {
           roots_y_(device.upload(roots_of_unity(size.height))) {}
 
     void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) override {
-        const int width = device.vector_width();
-        Buffer re = device.buffer(mid_bytes(planes)), im = device.buffer(mid_bytes(planes));
-        const auto count = static_cast<std::size_t>(planes);
-        device.launch(kernel(device, "fft_columns_inverse", size_.width, 1),
-                      {groups(size_.height / 2 + 1, width), count}, Grain::coarse, columns_work(planes),
-                      spectrum.re, spectrum.im, re, im, roots_x_, size_.width, size_.height,
-                      spectrum_pitch(size_.height), pitch_x_);
-        device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
-                      {groups(size_.width, 2 * width), count}, Grain::coarse, rows_work(planes), re, im,
-                      images, roots_y_, size_.height, size_.width, pitch_x_);
+        const Mid mid(device, mid_bytes(planes));
+        columns_inverse(device, spectrum.re, spectrum.im, mid, 0, planes, spectrum_floats(size_, 1), 0);
+        rows_inverse(device, mid, images, 0, planes);
+    }
+
+    [[nodiscard]] bool works_in_place() const override { return true; }
+
+    void inverse_in_place(DeviceImpl& device, Buffer& planes, int count) override {
+        const PackedSpectrum packed{size_};
+        const int together = planes_together(count);
+        const Mid mid(device, mid_bytes(together));
+        // An image ends before the spectrum of the next plane begins, which is read later.
+        for (int first = 0; first < count; first += together) {
+            const int some = std::min(together, count - first);
+            columns_inverse(device, planes, planes, mid, first, some, packed.stride(), packed.imaginary());
+            rows_inverse(device, mid, planes, first, some);
+        }
     }
 
     void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) override {
@@ -100,12 +108,40 @@ class LaneFft : public Fft {
                       patch.width, pitch_in, spectrum_pitch(size_.height), pitch_x_);
         device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
                       {groups(size_.width, 2 * width), patches_count}, Grain::coarse, re, im, scores,
-                      roots_y_, size_.height, size_.width, pitch_x_);
+                      roots_y_, size_.height, size_.width, pitch_x_, int{0});
     }
 
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
+    [[nodiscard]] std::size_t in_place_scratch_bytes(int planes) const override {
+        return 2 * mid_bytes(planes_together(planes));
+    }
 
   private:
+    /// What lies between the two passes.
+    struct Mid {
+        Mid(DeviceImpl& device, std::size_t bytes) : re(device.buffer(bytes)), im(device.buffer(bytes)) {}
+        Buffer re, im;
+    };
+
+    void columns_inverse(DeviceImpl& device, const Buffer& re, const Buffer& im, const Mid& mid, int first,
+                         int planes, std::size_t stride, std::size_t imaginary) {
+        device.launch(kernel(device, "fft_columns_inverse", size_.width, 1),
+                      {groups(size_.height / 2 + 1, device.vector_width()), static_cast<std::size_t>(planes)},
+                      Grain::coarse, columns_work(planes), re, im, mid.re, mid.im, roots_x_, size_.width,
+                      size_.height, spectrum_pitch(size_.height), pitch_x_, first, std::uint64_t{stride},
+                      std::uint64_t{imaginary});
+    }
+    void rows_inverse(DeviceImpl& device, const Mid& mid, const Buffer& images, int first, int planes) {
+        device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
+                      {groups(size_.width, 2 * device.vector_width()), static_cast<std::size_t>(planes)},
+                      Grain::coarse, rows_work(planes), mid.re, mid.im, images, roots_y_, size_.height,
+                      size_.width, pitch_x_, first);
+    }
+    /// As many as leave what lies between the passes in a cache, and have work for many cores.
+    [[nodiscard]] int planes_together(int count) const {
+        return static_cast<int>(std::clamp<std::size_t>(fft_in_place_room / (2 * mid_bytes(1)), 1,
+                                                        static_cast<std::size_t>(std::max(count, 1))));
+    }
     /// 5 n log2 n operations of a complex transform of n, half as many of a real one.
     [[nodiscard]] LaunchWork columns_work(int planes) const {
         const double frequencies = static_cast<double>(size_.height / 2 + 1) * size_.width * planes;

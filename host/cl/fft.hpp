@@ -27,6 +27,9 @@ inline constexpr int fft_largest_prime = 13;
 /// than a CPU driver's stacks hold.
 inline constexpr int fft_longest_side = 16384;
 
+/// Bytes that lie between the passes of a transform in place, where one plane does not take more.
+inline constexpr std::size_t fft_in_place_room = std::size_t{16} << 20;
+
 /// Smallest n' >= n whose prime factors are all <= 13; n itself when it is one. This is the way around for
 /// other sizes: synthesise on the larger lattice and crop.
 [[nodiscard]] int next_fft_size(int n);
@@ -47,12 +50,28 @@ struct Spectrum {
     Buffer re, im;
 };
 
+/// Spectra of several planes in one buffer, both parts of a plane together: the real part of plane p begins at
+/// p·stride(), the imaginary one imaginary() later.
+struct PackedSpectrum {
+    Size size;
+    [[nodiscard]] std::size_t imaginary() const { return spectrum_floats(size, 1); }
+    [[nodiscard]] std::size_t stride() const { return 2 * imaginary(); }
+    /// An image takes no more than its spectrum.
+    [[nodiscard]] std::size_t bytes(int planes) const {
+        return sizeof(float) * static_cast<std::size_t>(planes) * stride();
+    }
+};
+
 /// One size, any number of planes up to the plan's batch, from any number of threads.
 class Fft {
   public:
     virtual ~Fft() = default;
     /// Spectrum → images. The spectrum's content is lost.
     virtual void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) = 0;
+    /// Whether inverse_in_place() does it.
+    [[nodiscard]] virtual bool works_in_place() const { return false; }
+    /// The same in the spectra's own memory, which is PackedSpectrum's: image p begins at p·H·W.
+    virtual void inverse_in_place(DeviceImpl& /*device*/, Buffer& /*planes*/, int /*count*/) {}
     /// Images → spectrum; padding rows of ky are left undefined.
     virtual void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) = 0;
     /// Cross-correlation of `count` patches with a sample of `planes` planes on the torus, not scaled:
@@ -64,6 +83,10 @@ class Fft {
                            const Spectrum& sample, Buffer& scores) = 0;
     /// Bytes of device memory that inverse() or forward() of this many planes takes beside its arguments.
     [[nodiscard]] virtual std::size_t scratch_bytes(int planes) const = 0;
+    /// The same of inverse_in_place().
+    [[nodiscard]] virtual std::size_t in_place_scratch_bytes(int planes) const {
+        return scratch_bytes(planes);
+    }
 };
 
 /// Plans of one device, made when first asked for.

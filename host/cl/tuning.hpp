@@ -55,6 +55,9 @@ struct Tuning {
     /// last-level cache of a CPU, and on a GPU enough to fill it (`./dev bench '^synthesis 512'`).
     std::size_t batch_bytes;
     int largest_batch;
+    /// Bytes of factors that a synthesiser keeps at most: on a CPU no more than lets a large texture grow in
+    /// three times its own memory.
+    std::size_t factor_bytes;
     /// Fields of a recursion to a compute unit from which a work-item makes a whole field; 0: never, as one
     /// work-item leaves a GPU's compute unit idle (`./dev bench '^noise and raster'`).
     int whole_fields;

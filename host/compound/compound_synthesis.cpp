@@ -118,7 +118,7 @@ class [[gnu::visibility("hidden")]] CompoundSynthesiser::Impl {
 
     void check_memory() const {
         // Levels and their noise, or a spectrum and its room; the mean and what smooths it.
-        const double bytes = fields_.layout().bytes(static_cast<double>(fields_.planes())) +
+        const double bytes = fields_.layout().bytes(fields_.planes(), false) +
                              sizeof(float) * 2.0 * planes_ * static_cast<double>(area(lattice()));
         if (bytes <= device_->memory_limit()) return;
         throw DeviceError(

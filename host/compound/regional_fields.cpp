@@ -117,6 +117,7 @@ void RegionalFields::add_level(std::span<const TextureModel* const> regions, siz
              SpectralFactors(*device_, std::vector<SpectralForm>(own.models.begin(), own.models.end()), t,
                              own.gain * std::sqrt(variance),
                              std::vector<double>(static_cast<size_t>(planes), 0.0), budget)});
+        level.spectral.back().factors.store(*device_);
         static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
     }
     if (averages.empty()) averages.add(0, {{NeighbourhoodKind::custom, {{}}, {}}, 1, {0.0}, {1.0}}, 0.0);

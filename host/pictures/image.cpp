@@ -1,6 +1,7 @@
 #include "btfield/image.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <string>
@@ -36,7 +37,7 @@ std::size_t checked_values(Size size, int planes) {
 template <class Value>
 Value* PictureAllocator<Value>::allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(Value);
-    if (bytes < detail::huge_page) return static_cast<Value*>(::operator new(bytes));
+    if (bytes < detail::huge_page) return static_cast<Value*>(std::memset(::operator new(bytes), 0, bytes));
     return static_cast<Value*>(detail::map_huge(bytes));
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "btfield/error.hpp"
 #include "host/base/eigen.hpp"
@@ -135,15 +136,26 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
     columns_ = device.upload(columns);
     mean_ = device.upload(means);
 
-    const std::size_t bytes = sizeof(float) * spectrum_floats(lattice, parts_ * planes_ * planes_);
-    stored_ = 2.0 * static_cast<double>(bytes) <= budget && bytes <= device.largest_allocation();
-    if (!stored_) return;
-    factor_re_ = device.buffer(bytes);
-    factor_im_ = device.buffer(bytes);
+    const std::size_t bytes = factor_bytes();
+    storable_ = 2.0 * static_cast<double>(bytes) <= budget && bytes <= device.largest_allocation();
+}
+
+void SpectralFactors::store(DeviceImpl& device) {
+    if (!storable_ || stored_) return;
+    const std::size_t bytes = factor_bytes();
+    Buffer re = device.buffer(bytes), im = device.buffer(bytes);
+    const int pitch = spectrum_pitch(lattice_.height);
     const auto lanes = static_cast<std::size_t>(device.vector_width());
     device.launch(kernel(device, "spectral_factors", false), range(static_cast<std::size_t>(pitch) / lanes),
                   grain(), LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_,
-                  rows_, columns_, offsets_count_, factor_re_, factor_im_, lattice.width, pitch);
+                  rows_, columns_, offsets_count_, re, im, lattice_.width, pitch);
+    factor_re_ = std::move(re);
+    factor_im_ = std::move(im);
+    stored_ = true;
+}
+
+std::size_t SpectralFactors::factor_bytes() const {
+    return sizeof(float) * spectrum_floats(lattice_, parts_ * planes_ * planes_);
 }
 
 Range SpectralFactors::range(std::size_t vectors) const {
@@ -169,25 +181,40 @@ LaunchWork SpectralFactors::solve_work(int batch, double operations, double pass
 }
 
 double SpectralFactors::stored_bytes() const {
-    return stored_ ? static_cast<double>(factor_re_.bytes() + factor_im_.bytes()) : 0.0;
+    return stored_ ? 2.0 * static_cast<double>(factor_bytes()) : 0.0;
+}
+double SpectralFactors::storable_bytes() const {
+    return storable_ ? 2.0 * static_cast<double>(factor_bytes()) : 0.0;
 }
 
 void SpectralFactors::draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch,
                            int level) const {
+    draw(device, spectrum.re, spectrum.im, spectrum_floats(lattice_, 1), 0, keys, batch, level);
+}
+
+void SpectralFactors::draw(DeviceImpl& device, Buffer& packed, const Buffer& keys, int batch,
+                           int level) const {
+    const PackedSpectrum places{lattice_};
+    draw(device, packed, packed, places.stride(), places.imaginary(), keys, batch, level);
+}
+
+void SpectralFactors::draw(DeviceImpl& device, const Buffer& re, const Buffer& im, std::size_t stride,
+                           std::size_t imaginary, const Buffer& keys, int batch, int level) const {
     const int pitch = spectrum_pitch(lattice_.height);
     // Blocks of 16 feed 32 frequencies.
     const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
     const Range items = range(blocks / static_cast<std::size_t>(device.vector_width()));
     const Kernel draw = kernel(device, "synthesise_spectrum", stored_);
     const LaunchWork work = solve_work(batch, 2.0 * operations_of_normal, 1.0);
+    const auto word = static_cast<std::uint32_t>(level);
     if (stored_)
-        device.launch(draw, items, grain(), work, factor_re_, factor_im_, mean_, keys, spectrum.re,
-                      spectrum.im, lattice_.height, lattice_.width, pitch, batch, parts_,
-                      static_cast<std::uint32_t>(level));
+        device.launch(draw, items, grain(), work, factor_re_, factor_im_, mean_, keys, re, im,
+                      lattice_.height, lattice_.width, pitch, batch, parts_, word, std::uint64_t{stride},
+                      std::uint64_t{imaginary});
     else
         device.launch(draw, items, grain(), work, coefficients_, offsets_, rows_, columns_, offsets_count_,
-                      mean_, keys, spectrum.re, spectrum.im, lattice_.height, lattice_.width, pitch, batch,
-                      parts_, static_cast<std::uint32_t>(level));
+                      mean_, keys, re, im, lattice_.height, lattice_.width, pitch, batch, parts_, word,
+                      std::uint64_t{stride}, std::uint64_t{imaginary});
 }
 
 void SpectralFactors::filter(DeviceImpl& device, Spectrum& spectrum, int batch) const {

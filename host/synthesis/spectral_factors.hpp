@@ -17,23 +17,34 @@ class SpectralFactors {
     /// \param lattice  of the level's transform
     /// \param scale    of F: level gain and the transform's normalisation
     /// \param mean     added to every pixel, one per plane of all parts
-    /// \param budget   bytes that storing the factors may take; beyond, they are computed where they are used
+    /// \param budget   bytes that store() may take; beyond, and before, factors are computed where they are used
     /// \param indefinite of Markov models: directions in which S_t is negative are left out instead of NaN
     SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
                     const std::vector<double>& mean, double budget, bool indefinite = false);
 
     /// Spectra of `batch` textures from noise drawn in frequency. keys: two seed words per texture.
     void draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level) const;
+    /// The same as a PackedSpectrum.
+    void draw(DeviceImpl& device, Buffer& packed, const Buffer& keys, int batch, int level) const;
     /// Spectra of noise that was drawn on the lattice → spectra of textures, in place.
     void filter(DeviceImpl& device, Spectrum& spectrum, int batch) const;
     /// 0 when they are not stored.
     [[nodiscard]] double stored_bytes() const;
+    /// What they take once stored; 0 when the budget does not allow that.
+    [[nodiscard]] double storable_bytes() const;
+
+    /// Computes the factors and keeps them, where the budget allows that: worth it from the second draw on.
+    void store(DeviceImpl& device);
 
   private:
+    void draw(DeviceImpl& device, const Buffer& re, const Buffer& im, std::size_t stride,
+              std::size_t imaginary, const Buffer& keys, int batch, int level) const;
     [[nodiscard]] Kernel kernel(DeviceImpl& device, const char* name, bool stored) const;
     [[nodiscard]] Grain grain() const;
 
     [[nodiscard]] Range range(std::size_t vectors) const;
+    /// Of one of their two parts.
+    [[nodiscard]] std::size_t factor_bytes() const;
     /// Of F z where factors are stored, and so many operations for each z; spectra go by so many times.
     [[nodiscard]] LaunchWork solve_work(int batch, double operations, double passes) const;
 
@@ -42,7 +53,7 @@ class SpectralFactors {
     int parts_;
     Size lattice_;
     int offsets_count_;
-    bool stored_ = false;
+    bool storable_ = false, stored_ = false;
     bool indefinite_;
     Buffer coefficients_, offsets_, rows_, columns_, mean_;
     Buffer factor_re_, factor_im_;

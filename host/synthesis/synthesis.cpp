@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <mutex>
 #include <optional>
+#include <shared_mutex>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -12,6 +16,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/pyramid_stages.hpp"
 #include "host/base/limits.hpp"
+#include "host/base/parallel.hpp"
 #include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/spectrum/certificate_text.hpp"
@@ -113,6 +118,8 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
           names_(model.names),
           plane_spaces_(model.plane_spaces),
           layout_(checked(model, size, options)),
+          packed_(FftPlans::resolve(*device_, layout_.transforms.front(), device_->options().fft) ==
+                  FftBackend::lanes),
           stages_(*device_, model.factor) {
         if (layout_.routes.front() == LevelRoute::recursion) add_recursions(model);
         if (model.basis.planes > 0)
@@ -136,7 +143,11 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         images.reserve(seeds.size());
         in_batches(seeds, [&](std::span<const std::uint64_t> some, std::size_t first) {
             const DevicePlanes planes = grow(some);
-            // While the device works: touching memory for the first time takes as long as a kernel.
+            if (bytes(layout_, batch_) > large_work) {
+                // What it was made in goes before the picture's own memory is touched.
+                device_->finish();
+                device_->pool().clear();
+            }
             for (std::size_t i = 0; i < some.size(); ++i) {
                 Image& image = images.emplace_back(layout_.size, planes_, space_);
                 image.set_names(names_);
@@ -178,6 +189,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     }
 
   private:
+    static constexpr double large_work = 1e9;  // bytes
     using Level = std::variant<SpectralFactors, Convolution, CausalRecursion>;
 
     static SynthesisLayout checked(const TextureModel& model, Size size, const SynthesisOptions& options) {
@@ -187,7 +199,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
 
     /// Bytes of device memory for a batch, without stored factors.
     [[nodiscard]] double bytes(const SynthesisLayout& layout, int batch) const {
-        return layout.bytes(static_cast<double>(modelled_) * batch) + restoring_bytes(layout, batch);
+        return layout.bytes(modelled_ * batch, packed_) + restoring_bytes(layout, batch);
     }
     [[nodiscard]] double restoring_bytes(const SynthesisLayout& layout, int batch) const {
         return restorer_ ? static_cast<double>(restorer_->scratch_bytes(layout.transforms.front(), batch))
@@ -196,7 +208,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
 
     [[nodiscard]] bool fits(const SynthesisLayout& layout, int batch) const {
         const double largest =
-            std::max(layout.largest(static_cast<double>(modelled_) * batch), restoring_bytes(layout, batch));
+            std::max(layout.largest(modelled_ * batch, packed_), restoring_bytes(layout, batch));
         return bytes(layout, batch) <= device_->memory_limit() &&
                largest <= static_cast<double>(device_->largest_allocation());
     }
@@ -244,7 +256,8 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     }
 
     void add_torus_levels(const TextureModel& model) {
-        double spare = device_->memory_limit() - bytes(layout_, batch_);
+        double spare = std::min(device_->memory_limit() - bytes(layout_, batch_),
+                                4.0 * static_cast<double>(device_->tuning().factor_bytes));
         for (std::size_t k = 0; k < model.levels.size(); ++k) {
             const Size t = layout_.transforms[k];
             const LevelModel& level = model.levels[k];
@@ -260,7 +273,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
                                     std::vector<SpectralForm>(level.models.begin(), level.models.end()), t,
                                     level.gain * std::sqrt(variance), level_mean(model, k), spare / 4.0,
                                     !level.certificate.valid);
-            spare -= factors.stored_bytes();
+            spare -= factors.storable_bytes();
             levels_.emplace_back(std::move(factors));
             static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
         }
@@ -276,8 +289,19 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         }
     }
 
+    /// Factors are kept when they are wanted again and again: computing them where they are used takes less
+    /// time and memory for a few draws.
+    void count_draw() {
+        constexpr int worth_keeping = 2;
+        if (DeviceImpl::rehearsing() || draws_.fetch_add(1) != worth_keeping) return;
+        const std::unique_lock lock(factors_mutex_);
+        for (Level& level : levels_)
+            if (auto* const factors = std::get_if<SpectralFactors>(&level)) factors->store(*device_);
+    }
+
     /// All levels of one batch, collapsed: [texture · d + plane].
     [[nodiscard]] DevicePlanes grow(std::span<const std::uint64_t> seeds) {
+        count_draw();
         const int batch = static_cast<int>(seeds.size());
         const Buffer keys = device_->upload(key_words(seeds));
         DevicePlanes sum;
@@ -310,6 +334,13 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         const Size t = layout_.transforms[k];
         const int planes = batch * modelled_, number = static_cast<int>(k);
         Fft& fft = device_->ffts().plan(*device_, t, device_->options().fft);
+        const std::shared_lock lock(factors_mutex_);
+        if (layout_.routes[k] == LevelRoute::spectrum && fft.works_in_place()) {
+            Buffer packed = device_->buffer(PackedSpectrum{t}.bytes(planes));
+            factors.draw(*device_, packed, keys, batch, number);
+            fft.inverse_in_place(*device_, packed, planes);
+            return packed;
+        }
         const std::size_t half = sizeof(float) * spectrum_floats(t, planes);
         Buffer images;
         Spectrum spectrum{device_->buffer(half), device_->buffer(half)};
@@ -326,29 +357,32 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         return images;
     }
 
+    /// The window of the lattice that is wanted, on all cores: the picture's memory is touched here first.
     void download(const DevicePlanes& planes, std::size_t texture, Image& image) const {
         const Size size = layout_.size;
-        const std::size_t plane_bytes = sizeof(float) * area(planes.lattice);
-        const std::size_t offset = texture * static_cast<std::size_t>(planes_) * plane_bytes;
-        if (planes.lattice == size) {
-            device_->read(planes.values, image.values().data(), image.values().size_bytes(), offset);
-            return;
-        }
-        std::vector<float> plane(area(planes.lattice));
+        const std::size_t lattice = area(planes.lattice), count = static_cast<std::size_t>(planes_);
         const auto pitch = static_cast<std::size_t>(planes.lattice.width);
-        const auto width = static_cast<std::size_t>(size.width);
-        for (int p = 0; p < planes_; ++p) {
-            device_->read(planes.values, plane.data(), plane_bytes,
-                          offset + static_cast<std::size_t>(p) * plane_bytes);
-            const std::span<const float> source(plane);
-            const std::span<float> target = image.plane(p);
-            for (std::size_t r = 0; r < static_cast<std::size_t>(size.height); ++r) {
-                const std::size_t row = r + static_cast<std::size_t>(layout_.crop.row);
-                const auto from =
-                    source.subspan(row * pitch + static_cast<std::size_t>(layout_.crop.column), width);
-                std::copy(from.begin(), from.end(), target.subspan(r * width).begin());
-            }
-        }
+        const auto width = static_cast<std::size_t>(size.width),
+                   height = static_cast<std::size_t>(size.height);
+        const std::size_t corner = static_cast<std::size_t>(layout_.crop.row) * pitch +
+                                   static_cast<std::size_t>(layout_.crop.column);
+        // A block of rows is work for a thread, a few huge pages of memory.
+        const std::size_t rows = std::max<std::size_t>(1, (std::size_t{1} << 20) / width);
+        const std::size_t blocks = (height + rows - 1) / rows;
+        const auto copy = [&](const std::byte* bytes) {
+            const auto* const source = reinterpret_cast<const float*>(bytes);
+            for_each_block(static_cast<int>(blocks * count), [&](int block) {
+                const std::size_t p = static_cast<std::size_t>(block) / blocks;
+                const std::size_t first = static_cast<std::size_t>(block) % blocks * rows;
+                const std::span<const float> plane(source + p * lattice, lattice);
+                const std::span<float> target = image.plane(static_cast<int>(p));
+                for (std::size_t r = first; r < std::min(height, first + rows); ++r)
+                    std::ranges::copy(plane.subspan(corner + r * pitch, width),
+                                      target.subspan(r * width).begin());
+            });
+        };
+        device_->look(planes.values, sizeof(float) * texture * count * lattice,
+                      sizeof(float) * count * lattice, copy);
     }
 
     DeviceImpl* device_;
@@ -358,9 +392,12 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     std::vector<std::string> names_;
     std::vector<ColourSpace> plane_spaces_;
     SynthesisLayout layout_;
+    bool packed_;  ///< transforms are done where spectra lie
     PyramidStages stages_;
     int batch_ = 1;
     std::vector<Level> levels_;
+    std::shared_mutex factors_mutex_;  ///< of what levels_ keep of factors
+    std::atomic<int> draws_ = 0;
     std::optional<PlaneRestorer> restorer_;
 };
 

@@ -86,38 +86,44 @@ double SynthesisLayout::domain(size_t level) const {
     return static_cast<double>(s.height + m.top) * static_cast<double>(s.width + m.left + m.right);
 }
 
-double SynthesisLayout::bytes(double planes) const {
+double SynthesisLayout::bytes(int planes, bool packed) const {
     // What a level takes until it is done. Coarser levels take less, and their memory is used again.
-    const auto pixels = static_cast<double>(area(transforms.front()));
-    double level = pixels;
+    const Size t = transforms.front();
+    const auto count = static_cast<double>(planes), pixels = static_cast<double>(area(t));
+    const auto half = static_cast<double>(spectrum_floats(t, 1));
+    constexpr double room = static_cast<double>(fft_in_place_room) / sizeof(float);
+    double floats = count * pixels;
     switch (routes.front()) {
         case LevelRoute::spectrum:
+            // Both parts of the spectrum, in the image's memory or their own; then room for the transform.
+            floats = packed ? 2.0 * half * count + std::min(2.0 * half * count, std::max(2.0 * half, room))
+                            : floats + 4.0 * half * count;
+            break;
         case LevelRoute::transfer:
-            // Both parts of the spectrum, and as much room for the transform.
-            level += 4.0 * static_cast<double>(spectrum_floats(transforms.front(), 1));
+            floats += 4.0 * half * count;
             break;
         case LevelRoute::convolution:
-            level += pixels;  // the noise
+            floats += count * pixels;  // the noise
             break;
         case LevelRoute::recursion:
-            level += domain(0);
+            floats += count * domain(0);
             break;
     }
-    double bytes = sizeof(float) * level;
-    if (sizes.size() > 1) {
-        // The coarser levels' sum, and its expansion.
-        bytes += sizeof(float) * static_cast<double>(area(transforms[1])) +
-                 static_cast<double>(PyramidStages::expand_scratch_bytes(sizes.front(), 1));
-    }
-    return planes * bytes;
+    double bytes = sizeof(float) * floats;
+    // The coarser levels' sum, and where it is added to what is cropped.
+    if (sizes.size() > 1) bytes += sizeof(float) * count * static_cast<double>(area(transforms[1]));
+    if (sizes.size() > 1 && t != sizes.front())
+        bytes += sizeof(float) * count * static_cast<double>(area(sizes.front()));
+    return bytes;
 }
 
-double SynthesisLayout::largest(double planes) const {
+double SynthesisLayout::largest(int planes, bool packed) const {
+    const auto half = static_cast<double>(spectrum_floats(transforms.front(), 1));
     double floats = static_cast<double>(area(transforms.front()));
     if (routes.front() == LevelRoute::recursion)
         floats = domain(0);
     else if (routes.front() != LevelRoute::convolution)
-        floats = std::max(floats, static_cast<double>(spectrum_floats(transforms.front(), 1)));
+        floats = std::max(floats, packed && routes.front() == LevelRoute::spectrum ? 2.0 * half : half);
     return sizeof(float) * planes * floats;
 }
 

@@ -40,9 +40,10 @@ class SynthesisLayout {
     [[nodiscard]] bool tiles() const;
     /// Bytes of device memory for `planes` modelled planes of all textures of a batch at once, without stored
     /// factors and what follows the levels.
-    [[nodiscard]] double bytes(double planes) const;
+    /// \param packed  spectra are transformed where they lie
+    [[nodiscard]] double bytes(int planes, bool packed) const;
     /// The largest single buffer among them.
-    [[nodiscard]] double largest(double planes) const;
+    [[nodiscard]] double largest(int planes, bool packed) const;
 
   private:
     /// Pixels of the lattice that a recursion runs over.

@@ -39,13 +39,15 @@ enum class ColourSpace {
 /// \throws InputError for any other text
 [[nodiscard]] BTFIELD_API ColourSpace colour_space(std::string_view name);
 
-/// Memory of pictures. From 2 MiB on in huge pages where the system has them: touching fresh memory page by
-/// page takes as long as filling it with texture.
+/// Memory of pictures, zero-filled. From 2 MiB on in huge pages where the system has them, which whoever fills
+/// the picture touches first: touching fresh memory page by page takes as long as filling it with texture.
 template <class Value>
 struct BTFIELD_API PictureAllocator {
     using value_type = Value;
     [[nodiscard]] Value* allocate(std::size_t count);
     void deallocate(Value* values, std::size_t count) noexcept;
+    /// What is not given a value is what allocate() left there.
+    void construct(Value* /*value*/) noexcept {}
     friend bool operator==(PictureAllocator, PictureAllocator) { return true; }
 };
 extern template struct BTFIELD_API PictureAllocator<float>;

@@ -75,7 +75,8 @@ inline void dft4(complexn a, complexn b, complexn c, complexn d, complexn* y) {
 }
 
 // One Stockham stage: sub-transforms of length n = radix·m, `s` of them interleaved; table: w_N^k at tw[k].
-inline void stage2(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi, __global const float2* tw) {
+inline void stage2(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                   __global const float2* tw) {
     const int m = n / 2;
     for (int p = 0; p < m; ++p) {
         const float2 w = tw[p * s];
@@ -87,7 +88,8 @@ inline void stage2(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, RE
     }
 }
 
-inline void stage4(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi, __global const float2* tw) {
+inline void stage4(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                   __global const float2* tw) {
     const int m = n / 4;
     for (int p = 0; p < m; ++p) {
         const float2 w1 = tw[p * s], w2 = tw[2 * p * s], w3 = tw[3 * p * s];
@@ -104,7 +106,8 @@ inline void stage4(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, RE
     }
 }
 
-inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi, __global const float2* tw) {
+inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                   __global const float2* tw) {
     const int m = n / 8;
     for (int p = 0; p < m; ++p) {
         float2 w[8];
@@ -135,8 +138,8 @@ inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, RE
 }
 
 // Odd radix by sums and differences of conjugate pairs.
-inline void stage_odd(int length, int radix, int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
-                      __global const float2* tw) {
+inline void stage_odd(int length, int radix, int n, int s, const REALN* xr, const REALN* xi, REALN* yr,
+                      REALN* yi, __global const float2* tw) {
     const int m = n / radix, pairs = radix / 2, root = length / radix;
     for (int p = 0; p < m; ++p)
         for (int q = 0; q < s; ++q) {
@@ -204,8 +207,8 @@ inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __g
 }
 
 // Lanes of ky into rows of the layout between the passes, as many as there are.
-inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re, __global float* mid_im, size_t row, int count,
-                       int length, int pitch_x) {
+inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re, __global float* mid_im,
+                       size_t row, int count, int length, int pitch_x) {
     const float* sr = (const float*)re;
     const float* si = (const float*)im;
     for (int l = 0; l < VW && l < count; ++l) {
@@ -218,29 +221,33 @@ inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re,
 }
 
 #ifdef BTFIELD_KERNEL_fft_columns_inverse
-// Inverse pass 1, length W: spectrum (re, im) → (mid_re, mid_im). Work-item (vector of ky, plane).
+// Inverse pass 1, length W: spectrum (re, im) → (mid_re, mid_im), planes from `first` on. Their spectra begin `stride`
+// floats apart, imaginary parts im_at floats after im. Work-item (vector of ky, plane).
 __kernel void fft_columns_inverse(__global const float* re, __global const float* im, __global float* mid_re,
-                                  __global float* mid_im, __global const float2* tw, int length, int height, int pitch_ky,
-                                  int pitch_x) {
+                                  __global float* mid_im, __global const float2* tw, int length, int height,
+                                  int pitch_ky, int pitch_x, int first, ulong stride, ulong im_at) {
     const int ky = (int)get_global_id(0) * VW;
     const int plane = (int)get_global_id(1);
     const int rows = height / 2 + 1;
     if (ky >= rows) return;
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
-    const size_t base = (size_t)plane * length * pitch_ky + ky;
+    const size_t base = (size_t)(first + plane) * stride + ky;
+    im += im_at;
     for (int k = 0; k < length; ++k) {
         ar[k] = LOADN(re + base + (size_t)k * pitch_ky);
         ai[k] = LOADN(im + base + (size_t)k * pitch_ky);
     }
     const int swapped = transform(length, ar, ai, br, bi, tw);
-    store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, (size_t)plane * rows + ky, rows - ky, length, pitch_x);
+    store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, (size_t)plane * rows + ky, rows - ky,
+               length, pitch_x);
 }
 #endif
 
 #ifdef BTFIELD_KERNEL_fft_rows_inverse
-// Inverse pass 2, length H: (mid_re, mid_im) → images. Work-item (two vectors of x, plane).
-__kernel void fft_rows_inverse(__global const float* mid_re, __global const float* mid_im, __global float* images,
-                               __global const float2* tw, int length, int width, int pitch_x) {
+// Inverse pass 2, length H: (mid_re, mid_im) → images from number `first` on. Work-item (two vectors of x, plane).
+__kernel void fft_rows_inverse(__global const float* mid_re, __global const float* mid_im,
+                               __global float* images, __global const float2* tw, int length, int width,
+                               int pitch_x, int first) {
     const int x = (int)get_global_id(0) * 2 * VW;
     const int plane = (int)get_global_id(1);
     if (x >= width) return;
@@ -253,7 +260,8 @@ __kernel void fft_rows_inverse(__global const float* mid_re, __global const floa
         // c = a + √−1·b for the two columns a and b, and the same of the mirrored, conjugated bins.
         const REALN a_re = LOADN(mid_re + i), a_im = LOADN(mid_im + i);
         // Past the last column there is anything, NaN included: it must not reach a.
-        const REALN b_re = load_up_to(mid_re + i + VW, left - VW), b_im = load_up_to(mid_im + i + VW, left - VW);
+        const REALN b_re = load_up_to(mid_re + i + VW, left - VW),
+                    b_im = load_up_to(mid_im + i + VW, left - VW);
         const int mirror = length - k;
         if (mirror < length && mirror != k) {
             ar[mirror] = a_re + b_im;
@@ -269,7 +277,7 @@ __kernel void fft_rows_inverse(__global const float* mid_re, __global const floa
     const int swapped = transform(length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
-    __global float* out = images + (size_t)plane * length * width + x;
+    __global float* out = images + (size_t)(first + plane) * length * width + x;
     for (int r = 0; r < length; ++r) {
         store_up_to(sr[r], out + (size_t)r * width, left);
         store_up_to(si[r], out + (size_t)r * width + VW, left - VW);
@@ -311,9 +319,9 @@ __kernel void fft_rows_forward(__global const float* images, __global float* mid
 
 #ifdef BTFIELD_KERNEL_fft_columns_forward
 // Forward pass 2, length W: (mid_re, mid_im) → spectrum. Work-item (vector of ky, plane).
-__kernel void fft_columns_forward(__global const float* mid_re, __global const float* mid_im, __global float* re,
-                                  __global float* im, __global const float2* tw, int length, int height, int pitch_ky,
-                                  int pitch_x) {
+__kernel void fft_columns_forward(__global const float* mid_re, __global const float* mid_im,
+                                  __global float* re, __global float* im, __global const float2* tw,
+                                  int length, int height, int pitch_ky, int pitch_x) {
     const int ky = (int)get_global_id(0) * VW;
     const int plane = (int)get_global_id(1);
     const int rows = height / 2 + 1;
@@ -344,10 +352,11 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
 // rows of `columns_in` values and pitch_in floats, and the sample's spectrum (re, im) → Σ_planes sample · conj(patch), inverse
 // pass 1 done, (out_re, out_im), [patch][ky]. For the +1 transform: it makes the conjugate of a forward one from conjugates.
 // Work-item (patch, vector of ky): patches one after the other find the sample's spectrum in the cache.
-__kernel void fft_columns_correlate(__global const float* mid_re, __global const float* mid_im, __global const float* re,
-                                    __global const float* im, __global float* out_re, __global float* out_im,
-                                    __global const float2* tw, int length, int height, int patches, int planes,
-                                    int columns_in, int pitch_in, int pitch_ky, int pitch_x) {
+__kernel void fft_columns_correlate(__global const float* mid_re, __global const float* mid_im,
+                                    __global const float* re, __global const float* im,
+                                    __global float* out_re, __global float* out_im, __global const float2* tw,
+                                    int length, int height, int patches, int planes, int columns_in,
+                                    int pitch_in, int pitch_ky, int pitch_x) {
     const int patch = (int)get_global_id(0);
     const int ky = (int)get_global_id(1) * VW;
     const int rows = height / 2 + 1;
@@ -370,39 +379,42 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
         const REALN* pi = swapped ? bi : ai;
         const size_t base = (size_t)plane * length * pitch_ky + ky;
         for (int k = 0; k < length; ++k) {
-            const REALN fr = LOADN(re + base + (size_t)k * pitch_ky), fi = LOADN(im + base + (size_t)k * pitch_ky);
+            const REALN fr = LOADN(re + base + (size_t)k * pitch_ky),
+                        fi = LOADN(im + base + (size_t)k * pitch_ky);
             sum_re[k] = fma(fr, pr[k], fma(-fi, pi[k], sum_re[k]));
             sum_im[k] = fma(fr, pi[k], fma(fi, pr[k], sum_im[k]));
         }
     }
     const int swapped = transform(length, sum_re, sum_im, br, bi, tw);
-    store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, (size_t)patch * rows + ky, rows - ky, length,
-               pitch_x);
+    store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, (size_t)patch * rows + ky,
+               rows - ky, length, pitch_x);
 }
 #endif
 
 #ifdef BTFIELD_KERNEL_spread_patches
 // images[plane][height][width] ← patches[plane][rows][columns], zero elsewhere. Work-item (column, row, plane).
-__kernel void spread_patches(__global const float* patches, __global float* images, int height, int width, int rows,
-                             int columns) {
+__kernel void spread_patches(__global const float* patches, __global float* images, int height, int width,
+                             int rows, int columns) {
     const int x = (int)get_global_id(0), y = (int)get_global_id(1);
     if (x >= width) return;
     const size_t plane = get_global_id(2);
-    images[(plane * height + y) * width + x] = x < columns && y < rows ? patches[(plane * rows + y) * columns + x] : 0.0f;
+    images[(plane * height + y) * width + x] =
+        x < columns && y < rows ? patches[(plane * rows + y) * columns + x] : 0.0f;
 }
 #endif
 
 #ifdef BTFIELD_KERNEL_correlate_spectra
 // out[patch] ← Σ_planes sample[plane] · conj(patches[patch][plane]) value by value. Work-item (vector of values, patch).
-__kernel void correlate_spectra(__global const float* re, __global const float* im, __global const float* patches_re,
-                                __global const float* patches_im, __global float* out_re, __global float* out_im, uint values,
-                                int planes) {
+__kernel void correlate_spectra(__global const float* re, __global const float* im,
+                                __global const float* patches_re, __global const float* patches_im,
+                                __global float* out_re, __global float* out_im, uint values, int planes) {
     const size_t at = get_global_id(0) * VW, patch = get_global_id(1);
     if (at >= values) return;
     REALN sum_re = (REALN)(0.0f), sum_im = sum_re;
     for (int plane = 0; plane < planes; ++plane) {
         const size_t f = (size_t)plane * values + at, p = (patch * planes + plane) * values + at;
-        const REALN fr = LOADN(re + f), fi = LOADN(im + f), pr = LOADN(patches_re + p), pi = LOADN(patches_im + p);
+        const REALN fr = LOADN(re + f), fi = LOADN(im + f), pr = LOADN(patches_re + p),
+                    pi = LOADN(patches_im + p);
         sum_re = fma(fr, pr, fma(fi, pi, sum_re));
         sum_im = fma(fi, pr, fma(-fr, pi, sum_im));
     }
@@ -420,6 +432,7 @@ __kernel void transpose_planes(__global const float* columns, __global float* im
     if (x0 >= width) return;
     const int x1 = min(x0 + 16, width), y1 = min(y0 + 16, height);
     for (int y = y0; y < y1; ++y)
-        for (int x = x0; x < x1; ++x) images[plane + (size_t)y * width + x] = columns[plane + (size_t)x * height + y];
+        for (int x = x0; x < x1; ++x)
+            images[plane + (size_t)y * width + x] = columns[plane + (size_t)x * height + y];
 }
 #endif

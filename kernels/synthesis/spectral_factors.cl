@@ -74,7 +74,8 @@ inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN
 #if BTFIELD_STORED_FACTORS
 #define FACTOR_SOURCE __global const float *factor_re, __global const float *factor_im
 
-inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr,
+                         REALN* fi) {
     UNROLL
     for (int e = 0; e < D * D; ++e) {
         const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
@@ -83,7 +84,8 @@ inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int
     }
 }
 
-#define FETCH_FACTOR(part, kx, ky, fr, fi) fetch_factor(factor_re, factor_im, part, kx, ky, width, pitch, fr, fi)
+#define FETCH_FACTOR(part, kx, ky, fr, fi) \
+    fetch_factor(factor_re, factor_im, part, kx, ky, width, pitch, fr, fi)
 #else
 #define FACTOR_SOURCE FACTOR_ARGUMENTS
 #define FETCH_FACTOR(part, kx, ky, fr, fi) \
@@ -92,8 +94,8 @@ inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int
 
 #ifdef BTFIELD_KERNEL_spectral_factors
 // Factors of every frequency of the half spectrum, [part][i][j][kx][ky]. Work-item (vector of ky, kx, part).
-__kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __global float* factor_im, int width,
-                               int pitch) {
+__kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __global float* factor_im,
+                               int width, int pitch) {
     const int ky = (int)get_global_id(0) * VW;
     const int kx = (int)get_global_id(1);
     const int part = (int)get_global_id(2);
@@ -131,10 +133,11 @@ inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, c
 #ifdef BTFIELD_KERNEL_synthesise_spectrum
 // Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures.
 // Bin ky of a row kx is pair ky/16 % 2 of block 16·(ky/32) + ky%16; on ky = 0 and H/2 the upper half of kx mirrors the lower
-// and self-conjugate bins are real. Work-item (vector of blocks, kx, part).
+// and self-conjugate bins are real. Spectra of planes begin `stride` floats apart, imaginary parts im_at floats after im.
+// Work-item (vector of blocks, kx, part).
 __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __global const uint2* seeds,
-                                  __global float* re, __global float* im, int height, int width, int pitch, int batch,
-                                  int parts, uint level) {
+                                  __global float* re, __global float* im, int height, int width, int pitch,
+                                  int batch, int parts, uint level, ulong stride, ulong im_at) {
     const int item = (int)get_global_id(0);
     const int kx = (int)get_global_id(1);
     const int part = (int)get_global_id(2);
@@ -143,7 +146,6 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
     const int last = height / 2;
     if (ky0 > last) return;
     const int pairs = ky0 + 16 <= last ? 2 : 1;
-    const size_t plane_size = (size_t)width * pitch;
     const int mirror = kx == 0 ? 0 : width - kx;
 
     REALN fr[2][D * D], fi[2][D * D];
@@ -186,8 +188,8 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
         }
         for (int h = 0; h < pairs; ++h) {
             const int ky = ky0 + 16 * h;
-            const size_t base = (size_t)(b * parts + part) * D * plane_size + (size_t)kx * pitch + ky;
-            apply_and_store(fr[h], fi[h], zr[h], zi[h], mean + part * D, re, im, base, plane_size,
+            const size_t base = (size_t)(b * parts + part) * D * stride + (size_t)kx * pitch + ky;
+            apply_and_store(fr[h], fi[h], zr[h], zi[h], mean + part * D, re, im + im_at, base, stride,
                             kx == 0 && ky == 0);
         }
     }
@@ -196,8 +198,8 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
 
 #ifdef BTFIELD_KERNEL_filter_spectrum
 // The same for noise that was drawn on the lattice and transformed: in place. Work-item (vector of ky, kx, part).
-__kernel void filter_spectrum(FACTOR_SOURCE, __global const float* mean, __global float* re, __global float* im,
-                              int height, int width, int pitch, int batch, int parts) {
+__kernel void filter_spectrum(FACTOR_SOURCE, __global const float* mean, __global float* re,
+                              __global float* im, int height, int width, int pitch, int batch, int parts) {
     const int ky = (int)get_global_id(0) * VW;
     const int kx = (int)get_global_id(1);
     const int part = (int)get_global_id(2);

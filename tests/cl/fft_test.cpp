@@ -319,6 +319,53 @@ TEST(Fft, BatchesOfAnySizeAgree) {
     }
 }
 
+/// In place and beside, to the bit.
+void check_in_place(Device& device, Size size, int planes, const std::vector<float>& re,
+                    const std::vector<float>& im) {
+    SCOPED_TRACE(test::text(size) + ", vector width " + std::to_string(device.vector_width()));
+    DeviceImpl& impl = device.impl();
+    Fft& fft = impl.ffts().plan(impl, size, FftBackend::lanes);
+    const PackedSpectrum packed{size};
+    const std::size_t half = packed.imaginary(), count = static_cast<std::size_t>(planes) * area(size);
+    std::vector<float> together(packed.bytes(planes) / sizeof(float), nan_value);
+    for (std::size_t p = 0; p < static_cast<std::size_t>(planes); ++p) {
+        const auto place = together.begin() + static_cast<std::ptrdiff_t>(p * packed.stride());
+        std::copy_n(re.begin() + static_cast<std::ptrdiff_t>(p * half), half, place);
+        std::copy_n(im.begin() + static_cast<std::ptrdiff_t>(p * half), half,
+                    place + static_cast<std::ptrdiff_t>(half));
+    }
+    Buffer memory = impl.upload(together);
+    ASSERT_TRUE(fft.works_in_place());
+    fft.inverse_in_place(impl, memory, planes);
+    Spectrum apart{impl.upload(re), impl.upload(im)};
+    Buffer images = impl.buffer(sizeof(float) * count);
+    fft.inverse(impl, apart, images, planes);
+    const auto found = test::read_all<float>(device, memory),
+               expected = test::read_all<float>(device, images);
+    for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(found[i], expected[i]) << "value " << i;
+}
+
+TEST_P(FftSmall, InPlace) {
+    for (const Size size : {Size{1, 1}, Size{6, 5}, Size{13, 4}}) {
+        const HalfSpectra spectra(size, 3);
+        check_in_place(device_, size, 3, spectra.re, spectra.im);
+    }
+}
+
+TEST(Fft, InPlaceByGroupsOfPlanes) {
+    Device device;
+    const Size size{1000, 1024};
+    constexpr int planes = 5;
+    Fft& fft = device.impl().ffts().plan(device.impl(), size, FftBackend::lanes);
+    ASSERT_LT(fft.in_place_scratch_bytes(planes), fft.scratch_bytes(planes));
+    std::vector<float> re(spectrum_floats(size, planes)), im(re.size());
+    for (std::size_t i = 0; i < re.size(); ++i) {
+        re[i] = std::sin(static_cast<float>(i));
+        im[i] = std::cos(0.7F * static_cast<float>(i));
+    }
+    check_in_place(device, size, planes, re, im);
+}
+
 bool is_fft_size(int n) {
     for (int p = 2; p <= n; ++p)
         while (n % p == 0) {

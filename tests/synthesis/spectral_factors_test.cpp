@@ -168,7 +168,8 @@ double check_factors(Device& device, const LinearField& field, Size lattice, dou
                      double scale = 1.0) {
     const int d = field.planes;
     const std::vector<double> no_mean(static_cast<std::size_t>(d), 0.0);
-    const SpectralFactors factors(device.impl(), {field}, lattice, scale, no_mean, memory);
+    SpectralFactors factors(device.impl(), {field}, lattice, scale, no_mean, memory);
+    factors.store(device.impl());
     EXPECT_EQ(factors.stored_bytes() > 0.0, memory > 0.0);
     HostSpectrum units(lattice, d * d, 0.0F);
     for (int j = 0; j < d; ++j)
@@ -201,7 +202,8 @@ void check_draw(Device& device, const LinearField& field, Size lattice, double m
     const int d = field.planes, level = 3;
     std::vector<double> mean;
     for (int i = 0; i < d; ++i) mean.push_back(100.0 + i);
-    const SpectralFactors factors(device.impl(), {field}, lattice, 0.5, mean, memory);
+    SpectralFactors factors(device.impl(), {field}, lattice, 0.5, mean, memory);
+    factors.store(device.impl());
     const std::vector<std::uint64_t> seeds{1, 0xfedcba9876543210};
     const HostSpectrum found = drawn(device, factors, lattice, d, seeds, level);
     for_each_frequency(lattice, [&](int kx, int ky) {
@@ -343,7 +345,8 @@ TEST_F(SpectralFactorsNative, FilterTakesAnySpectrumAndAddsTheMean) {
         for (const Size lattice : {Size{13, 7}, Size{34, 5}}) {
             SCOPED_TRACE(test::text(lattice));
             constexpr int batch = 2;
-            const SpectralFactors factors(device_.impl(), {field}, lattice, 0.5, mean, memory);
+            SpectralFactors factors(device_.impl(), {field}, lattice, 0.5, mean, memory);
+            factors.store(device_.impl());
             HostSpectrum in(lattice, 3 * batch, nan_value);  // the padding stays undefined
             std::mt19937 generator(3);
             std::normal_distribution<float> normal;
@@ -375,7 +378,8 @@ TEST_F(SpectralFactorsNative, FilterTakesAnySpectrumAndAddsTheMean) {
 TEST_F(SpectralFactorsNative, BatchesAreTheirTextures) {
     const LinearField field = random_field(3, neighbourhood(2, NeighbourhoodKind::causal));
     const Size lattice{34, 6};
-    const SpectralFactors factors(device_.impl(), {field}, lattice, 1.0, {0.0, 0.0, 0.0}, all_memory);
+    SpectralFactors factors(device_.impl(), {field}, lattice, 1.0, {0.0, 0.0, 0.0}, all_memory);
+    factors.store(device_.impl());
     const std::vector<std::uint64_t> seeds{9, 8, 7};
     const HostSpectrum together = drawn(device_, factors, lattice, 3, seeds, 0);
     for (std::size_t b = 0; b < seeds.size(); ++b) {
@@ -387,14 +391,44 @@ TEST_F(SpectralFactorsNative, BatchesAreTheirTextures) {
     }
 }
 
+TEST_F(SpectralFactorsNative, PackedSpectraHaveTheSameValues) {
+    const LinearField field = random_field(3, neighbourhood(2, NeighbourhoodKind::causal));
+    const Size lattice{34, 6};
+    SpectralFactors factors(device_.impl(), {field}, lattice, 1.0, {1.0, 2.0, 3.0}, all_memory);
+    const std::vector<std::uint64_t> seeds{9, 8};
+    const int planes = 3 * static_cast<int>(seeds.size());
+    const PackedSpectrum packed{lattice};
+    for (const bool stored : {false, true}) {
+        if (stored) factors.store(device_.impl());
+        const HostSpectrum apart = drawn(device_, factors, lattice, 3, seeds, 2);
+        Buffer memory = device_.impl().upload(std::vector<float>(packed.bytes(planes) / sizeof(float)));
+        const Buffer keys = test::upload_seeds(device_, seeds);
+        factors.draw(device_.impl(), memory, keys, static_cast<int>(seeds.size()), 2);
+        const auto found = test::read_all<float>(device_, memory);
+        for (int p = 0; p < planes; ++p)
+            for_each_frequency(lattice, [&](int kx, int ky) {
+                const std::size_t i = static_cast<std::size_t>(p) * packed.stride() + at(lattice, 0, kx, ky);
+                ASSERT_EQ(Complex(static_cast<double>(found[i]),
+                                  static_cast<double>(found[i + packed.imaginary()])),
+                          apart.value(p, kx, ky))
+                    << "plane " << p << ", kx " << kx << ", ky " << ky;
+            });
+    }
+}
+
 TEST_F(SpectralFactorsNative, BudgetDecidesWhatIsStored) {
     const LinearField field = random_field(2, neighbourhood(1, NeighbourhoodKind::causal));
     const Size lattice{20, 12};
     const double bytes = 2.0 * sizeof(float) * static_cast<double>(spectrum_floats(lattice, 4));
     const std::vector<double> mean(2, 0.0);
-    EXPECT_EQ(SpectralFactors(device_.impl(), {field}, lattice, 1.0, mean, bytes).stored_bytes(), bytes);
-    EXPECT_EQ(SpectralFactors(device_.impl(), {field}, lattice, 1.0, mean, bytes - 1.0).stored_bytes(), 0.0);
-    EXPECT_EQ(SpectralFactors(device_.impl(), {field}, lattice, 1.0, mean, -1.0).stored_bytes(), 0.0);
+    for (const double budget : {bytes, bytes - 1.0, -1.0}) {
+        SpectralFactors factors(device_.impl(), {field}, lattice, 1.0, mean, budget);
+        const double expected = budget < bytes ? 0.0 : bytes;
+        EXPECT_EQ(factors.storable_bytes(), expected);
+        EXPECT_EQ(factors.stored_bytes(), 0.0);
+        factors.store(device_.impl());
+        EXPECT_EQ(factors.stored_bytes(), expected);
+    }
 }
 
 TEST_F(SpectralFactorsNative, RefusesCovariancesWithoutRoot) {
