@@ -1,4 +1,4 @@
-"""What the site has beside docs/: the README as its first page, the gallery, and the C++ reference."""
+"""What the site has beside docs/: the README as its first page, the gallery, the Python and the C++ reference."""
 
 import pathlib
 import re
@@ -30,6 +30,7 @@ def link_in_site(source, page, target):
 def on_files(files, config):
     for page, source in OUTSIDE.items():
         files.append(File.generated(config, page, content=(ROOT / source).read_text(encoding="utf-8")))
+    files.append(File.generated(config, "python-reference.md", content="# Python reference\n\n::: btfield\n"))
     css = (ROOT / "docs/site/site.css").read_text(encoding="utf-8")
     files.append(File.generated(config, "site.css", content=css))
     for folder, prefix in ((MADE / "gallery", ""), (MADE / "cpp", "cpp/")):

@@ -50,8 +50,8 @@ struct Spectrum {
     Buffer re, im;
 };
 
-/// Spectra of several planes in one buffer, both parts of a plane together: the real part of plane p begins at
-/// p·stride(), the imaginary one imaginary() later.
+/// Spectra of several planes in one buffer, both parts of a plane together: the real part of plane p begins
+/// at p·stride(), the imaginary one imaginary() later.
 struct PackedSpectrum {
     Size size;
     [[nodiscard]] std::size_t imaginary() const { return spectrum_floats(size, 1); }

@@ -17,7 +17,8 @@ class SpectralFactors {
     /// \param lattice  of the level's transform
     /// \param scale    of F: level gain and the transform's normalisation
     /// \param mean     added to every pixel, one per plane of all parts
-    /// \param budget   bytes that store() may take; beyond, and before, factors are computed where they are used
+    /// \param budget   bytes that store() may take; beyond, and before, factors are computed where they are
+    ///                 used
     /// \param indefinite of Markov models: directions in which S_t is negative are left out instead of NaN
     SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
                     const std::vector<double>& mean, double budget, bool indefinite = false);

@@ -39,8 +39,9 @@ enum class ColourSpace {
 /// \throws InputError for any other text
 [[nodiscard]] BTFIELD_API ColourSpace colour_space(std::string_view name);
 
-/// Memory of pictures, zero-filled. From 2 MiB on in huge pages where the system has them, which whoever fills
-/// the picture touches first: touching fresh memory page by page takes as long as filling it with texture.
+/// Memory of pictures, zero-filled. From 2 MiB on in huge pages where the system has them, which whoever
+/// fills the picture touches first: touching fresh memory page by page takes as long as filling it with
+/// texture.
 template <class Value>
 struct BTFIELD_API PictureAllocator {
     using value_type = Value;

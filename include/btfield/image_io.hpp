@@ -108,8 +108,8 @@ struct WriteOptions {
     /// Of the picture that this one comes from: where its own planes were cut off, that of the texture is no
     /// loss to count. Empty, or one per plane.
     std::vector<PlaneLimits> limits = {};
-    /// Effort of lossless compression in PNG, TIFF and EXR, from 0, none, to 9. Without one 1 in PNG, and what
-    /// the codecs take for the others.
+    /// Effort of lossless compression in PNG, TIFF and EXR, from 0, none, to 9. Without one 1 in PNG, and
+    /// what the codecs take for the others.
     std::optional<int> compression = {};
 };
 
