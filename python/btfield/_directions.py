@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from ._btfield import BtfModel, BtfSynthesiser, btf_weights
 
-COARSE = 11
-"""Points along a side where the model is asked: rings of 15 degrees of theta."""
+_LOWEST = math.radians(89)
+"""Directions that the model is asked for are above the surface."""
+COARSE_VIEWS, COARSE_LIGHTS = 11, 13
+"""Points along the sides of the squares where the model is asked."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,13 @@ class Square:
     side: int
     steepest: float
     tangents: bool = False
-    """Values change with tan theta, not with theta."""
+    """Rings go by the mean of theta and tan theta, in shares of the outermost's, not by theta: of lights, with which
+    values change like the tangent."""
+
+    def out(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far from the middle to the edge."""
+        share = theta / self.steepest
+        return 0.5 * (share + np.tan(theta) / math.tan(self.steepest)) if self.tangents else share
 
     def directions(self) -> NDArray[np.float64]:
         """side^2 x 2: theta, phi, row by row."""
@@ -36,18 +44,22 @@ class Square:
         row, column = np.divmod(np.arange(self.side**2), self.side)
         x, y = column / half - 1, row / half - 1
         out = np.maximum(np.abs(x), np.abs(y))
-        wide = np.where(x == 0, 1, x), np.where(y == 0, 1, y)
-        beside = quarter * y / wide[0] + np.where(x < 0, 4 * quarter, 0)
-        above = quarter * (2 - x / wide[1]) + np.where(y < 0, 4 * quarter, 0)
-        phi = np.where(np.abs(x) >= np.abs(y), beside, above)
-        return np.stack([out * self.steepest, np.where(out > 0, phi, 0)], axis=1)
+        beside = quarter * y / np.where(x == 0, 1, x) + np.where(x < 0, 4 * quarter, 0)
+        above = quarter * (2 - x / np.where(y == 0, 1, y)) + np.where(y < 0, 4 * quarter, 0)
+        phi = np.where(out == 0, 0, np.where(np.abs(x) >= np.abs(y), beside, above))
+        low, high = np.zeros_like(out), np.full_like(out, self.steepest)
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            inside = self.out(middle) < out
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        return np.stack([np.where(out == 0, 0, high), phi], axis=1)
 
     def on_disc(self) -> NDArray[np.float64]:
         """side^2 x 2: the points on a disc of radius 1 on which values are smooth."""
         theta, phi = self.directions().T
-        radius = np.zeros_like(theta)
-        if self.steepest > 0:
-            radius = np.tan(theta) / math.tan(self.steepest) if self.tangents else theta / self.steepest
+        if self.side == 1:
+            return np.zeros((1, 2))
+        radius = np.tan(theta) / math.tan(self.steepest) if self.tangents else theta / self.steepest
         return np.stack([radius * np.cos(phi), radius * np.sin(phi)], axis=1)
 
     def finer(self, side: int) -> tuple[Square, NDArray[np.float64]]:
@@ -87,26 +99,19 @@ class LitTable:
 
 
 def lit_table(model: BtfModel, grown: BtfSynthesiser, side: int) -> LitTable:
-    """A table with side x side views and as many lights; asks for at most 11^4 pairs of directions."""
-    steepest = [max(theta for theta, _ in directions) for directions in _measured(model)]
-    views, lights = (
-        Square(COARSE if angle > 0 else 1, angle, tangents) for angle, tangents in zip(steepest, (False, True), strict=True)
-    )
+    """A table with side x side views and as many lights; asks for 11^2 x 13^2 pairs of directions."""
+    lights_of_pairs = model.true_lights or [model.lights[light] for _, light in model.pairs]
+    steepest_view = max(model.views[view][0] for view, _ in model.pairs)
+    steepest_light = max(theta for theta, _ in lights_of_pairs)
+    views = Square(COARSE_VIEWS if steepest_view > 0 else 1, min(steepest_view, _LOWEST))
+    lights = Square(COARSE_LIGHTS if steepest_light > 0 else 1, min(steepest_light, _LOWEST), tangents=True)
     pairs_of_views = np.repeat(views.directions(), lights.side**2, axis=0)
     pairs_of_lights = np.tile(lights.directions(), (views.side**2, 1))
     means, offsets, weights = btf_weights(model, grown, pairs_of_views, pairs_of_lights)
-    least = np.finfo(np.float32).tiny
-    lit = means / np.cos(pairs_of_lights[:, :1]) / model.white
-    values = np.concatenate([np.log(np.maximum(lit, least)), offsets, weights.reshape(len(weights), -1)], axis=1)
+    lit = np.maximum(means / np.cos(pairs_of_lights[:, :1]) / model.white, np.finfo(np.float32).tiny)
+    values = np.concatenate([np.log(lit), offsets, weights.reshape(len(weights), -1)], axis=1).astype(np.float32)
     fine_views, of_views = views.finer(side)
     fine_lights, of_lights = lights.finer(side)
-    coarse = values.astype(np.float32).reshape(views.side**2, lights.side**2, -1)
-    between = np.tensordot(of_views.astype(np.float32), coarse, axes=(1, 0))
-    rows = np.einsum("sr,qrk->qsk", of_lights.astype(np.float32), between, optimize=True)
-    return LitTable(fine_views, fine_lights, np.ascontiguousarray(rows))
-
-
-def _measured(model: BtfModel) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Views and lights of the model's pairs."""
-    views = [model.views[view] for view, _ in model.pairs]
-    return views, [model.lights[light] for _, light in model.pairs]
+    coarse = values.reshape(views.side**2, -1)
+    between = (of_views.astype(np.float32) @ coarse).reshape(fine_views.side**2, lights.side**2, -1)
+    return LitTable(fine_views, fine_lights, np.matmul(of_lights.astype(np.float32), between))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -56,15 +57,20 @@ class _Numbers:
             self._rows = mi.Float(flat.ravel())
             self._array = dr.auto.ad.Array44f
 
-    def blend(self, corners: list[tuple[Any, Any]], active: Any) -> Any:
-        """Sum of rows, each given by its index and its share: a sequence of numbers."""
+    def blend(self, corner: Callable[[Any], tuple[Any, Any]], corners: int, active: Any) -> Any:
+        """A sum of so many rows, corner() telling index and share of each: a sequence of numbers."""
         if self._scalar:
-            return sum(float(share) * self._rows[int(index)] for index, share in corners)
-        sums = [self._array(0.0) for _ in range(self._packets)]
-        for index, share in corners:
-            for k in range(self._packets):
-                read = dr.gather(self._array, self._rows, index * self._packets + k, active)
-                sums[k] = dr.fma(read, share, sums[k])
+            return sum(share * self._rows[index] for index, share in map(corner, range(corners))).tolist()
+
+        def add(number: Any, sums: list[Any]) -> Any:
+            index, share = corner(number)
+            index = index * self._packets
+            read = [dr.gather(self._array, self._rows, index + k, active) for k in range(self._packets)]
+            return number + 1, [dr.fma(values, share, own) for values, own in zip(read, sums, strict=True)]
+
+        zero = [dr.zeros(self._array, dr.width(active)) for _ in range(self._packets)]
+        # A loop, for the sake of what compiles it.
+        _, sums = dr.while_loop((mi.Int32(0), zero), lambda number, sums: number < corners, add, ("number", "sums"))
         return [row[i] for packet in sums for row in packet for i in range(4)][: self._width]
 
 
@@ -100,27 +106,28 @@ class _Surface:
         self._heights = _Plane(heights)
         self._planes = _Numbers(np.ascontiguousarray(surface[..., 1:]))
 
-    def _corners(self, x: Any, y: Any) -> list[tuple[Any, Any]]:
+    def _corner(self, x: Any, y: Any) -> Callable[[Any], tuple[Any, Any]]:
+        """The four pixels around a place."""
         x, y = _wrapped(x, self.width), _wrapped(y, self.height)
         left, top = dr.minimum(_whole(x), self.width - 1), dr.minimum(_whole(y), self.height - 1)
-        right = dr.select(left + 1 == self.width, 0, left + 1)
-        bottom = dr.select(top + 1 == self.height, 0, top + 1)
         across, down = x - left, y - top
-        upper, lower = top * self.width, bottom * self.width
-        return [
-            (upper + left, (1 - across) * (1 - down)),
-            (upper + right, across * (1 - down)),
-            (lower + left, (1 - across) * down),
-            (lower + right, across * down),
-        ]
+
+        def corner(number: Any) -> tuple[Any, Any]:
+            right, below = number & 1, number >> 1
+            column, row = left + right, top + below
+            column, row = dr.select(column == self.width, 0, column), dr.select(row == self.height, 0, row)
+            share = dr.select(right == 1, across, 1 - across) * dr.select(below == 1, down, 1 - down)
+            return row * self.width + column, share
+
+        return corner
 
     def _height_at(self, x: Any, y: Any, active: Any) -> Any:
-        return sum(share * self._heights[index, active] for index, share in self._corners(x, y))
+        return sum(share * self._heights[index, active] for index, share in map(self._corner(x, y), range(4)))
 
     def planes_at(self, x: Any, y: Any, ray: Any, active: Any) -> Any:
         """T where the ray to the viewer from a place of the mean plane meets the relief (theory 21.1)."""
         t = self._met(x, y, ray, active)
-        return self._planes.blend(self._corners(x + t * ray.x, y - t * ray.y), active)
+        return self._planes.blend(self._corner(x + t * ray.x, y - t * ray.y), 4, active)
 
     def _met(self, x: Any, y: Any, ray: Any, active: Any) -> Any:
         last = self._lowest / ray.z
@@ -143,10 +150,14 @@ class _Surface:
         low = first - _STEP * step
         high = low + _STEP
         missed = above(low, active)
-        for _ in range(_HALVINGS):
+
+        def halve(number: Any, low: Any, high: Any) -> Any:
             middle = 0.5 * (low + high)
             over = above(middle, active)
-            high, low = dr.select(over, middle, high), dr.select(over, low, middle)
+            return number + 1, dr.select(over, low, middle), dr.select(over, middle, high)
+
+        state = _whole(0), low, high
+        _, low, high = dr.while_loop(state, lambda number, low, high: number < _HALVINGS, halve, ("number", "low", "high"))
         return dr.select(missed, last, 0.5 * (low + high))
 
 
@@ -156,12 +167,9 @@ def _place(square: Square, direction: Any) -> tuple[Any, Any]:
     if half == 0:
         return 0.0 * direction.z, 0.0 * direction.z
     theta = dr.minimum(dr.atan2(dr.hypot(direction.x, direction.y), direction.z), square.steepest)
-    ring_width = square.steepest / half
-    out = theta / ring_width
+    out = theta * (half / square.steepest)
     if square.tangents:
-        ring = dr.minimum(dr.floor(out), half - 1)
-        below, above = dr.tan(ring * ring_width), dr.tan((ring + 1) * ring_width)
-        out = ring + (dr.tan(theta) - below) / (above - below)
+        out = 0.5 * out + dr.tan(theta) * (0.5 * half / math.tan(square.steepest))
     turn = dr.atan2(direction.y, direction.x) / (2 * math.pi) + 0.125
     eighths = 8 * (turn - dr.floor(turn))
     # Quarters of a turn: right, up, left, down.
@@ -172,13 +180,19 @@ def _place(square: Square, direction: Any) -> tuple[Any, Any]:
     return half + x, half + y
 
 
-def _axis(place: Any, side: int) -> list[tuple[Any, Any]]:
+class _Axis:
     """The two points beside a place, and their shares."""
-    if side == 1:
-        return [(_whole(0.0 * place), 1.0 + 0.0 * place)]
-    point = _whole(dr.clip(dr.floor(place), 0, side - 2))
-    share = place - point
-    return [(point, 1 - share), (point + 1, share)]
+
+    def __init__(self, place: Any, side: int) -> None:
+        self._single = side == 1
+        self._point = _whole(dr.clip(dr.floor(place), 0.0, max(side - 2, 0)))
+        self._share = place - self._point
+
+    def __getitem__(self, upper: Any) -> tuple[Any, Any]:
+        """Of the lower point, or the upper where `upper` is 1: index and share."""
+        if self._single:
+            return self._point, dr.select(upper == 1, 0.0, 1.0)
+        return self._point + upper, dr.select(upper == 1, self._share, 1 - self._share)
 
 
 class _Directions:
@@ -189,17 +203,18 @@ class _Directions:
         self._numbers = _Numbers(table.rows)
 
     def at(self, view: Any, light: Any, active: Any) -> Any:
-        column, row = (_axis(place, self._views.side) for place in _place(self._views, view))
-        light_column, light_row = (_axis(place, self._lights.side) for place in _place(self._lights, light))
+        column, row = (_Axis(place, self._views.side) for place in _place(self._views, view))
+        light_column, light_row = (_Axis(place, self._lights.side) for place in _place(self._lights, light))
         n, m = self._views.side, self._lights.side
-        corners = [
-            (((j * n + i) * m + l) * m + k, sj * si * sl * sk)
-            for j, sj in row
-            for i, si in column
-            for l, sl in light_row
-            for k, sk in light_column
-        ]
-        return self._numbers.blend(corners, active)
+
+        def corner(number: Any) -> tuple[Any, Any]:
+            i, si = column[number & 1]
+            j, sj = row[(number >> 1) & 1]
+            k, sk = light_column[(number >> 2) & 1]
+            l, sl = light_row[number >> 3]
+            return ((j * n + i) * m + l) * m + k, si * sj * sk * sl
+
+        return self._numbers.blend(corner, 16, active)
 
 
 class _Material:

@@ -78,7 +78,9 @@ void add_measured(nb::module_& module) {
         .def_ro("white", &BtfMeasured::white, "Value of a white diffuse surface.")
         .def_ro("views", &BtfMeasured::views)
         .def_ro("lights", &BtfMeasured::lights)
-        .def_ro("pairs", &BtfMeasured::pairs);
+        .def_ro("pairs", &BtfMeasured::pairs)
+        .def_ro("true_lights", &BtfMeasured::true_lights,
+                "Where light came from in each pair; empty: from the direction of its index.");
     nb::class_<BtfErrors>(module, "BtfErrors", "Of pictures that a fit was not shown, in their deviations.")
         .def_ro("median", &BtfErrors::median)
         .def_ro("mean", &BtfErrors::mean)
