@@ -99,12 +99,12 @@ class LitTable:
 
 
 def lit_table(model: BtfModel, grown: BtfSynthesiser, side: int) -> LitTable:
-    """A table with side x side views and as many lights; asks for 11^2 x 13^2 pairs of directions."""
-    lights_of_pairs = model.true_lights or [model.lights[light] for _, light in model.pairs]
-    steepest_view = max(model.views[view][0] for view, _ in model.pairs)
-    steepest_light = max(theta for theta, _ in lights_of_pairs)
-    views = Square(COARSE_VIEWS if steepest_view > 0 else 1, min(steepest_view, _LOWEST))
-    lights = Square(COARSE_LIGHTS if steepest_light > 0 else 1, min(steepest_light, _LOWEST), tangents=True)
+    """A table with side x side views and as many lights; asks for 11^2 x 13^2 pairs of directions at most."""
+    view_angles, light_angles = ([theta for theta, _ in directions] for directions in (model.views, model.lights))
+    lights_of_pairs = [theta for theta, _ in model.true_lights] or [light_angles[light] for _, light in model.pairs]
+    steepest_view, steepest_light = max(view_angles[view] for view, _ in model.pairs), max(lights_of_pairs)
+    views = Square(min(COARSE_VIEWS, side) if steepest_view > 0 else 1, min(steepest_view, _LOWEST))
+    lights = Square(min(COARSE_LIGHTS, side) if steepest_light > 0 else 1, min(steepest_light, _LOWEST), tangents=True)
     pairs_of_views = np.repeat(views.directions(), lights.side**2, axis=0)
     pairs_of_lights = np.tile(lights.directions(), (views.side**2, 1))
     means, offsets, weights = btf_weights(model, grown, pairs_of_views, pairs_of_lights)

@@ -26,9 +26,9 @@ try:
     import drjit as dr
     import mitsuba as mi
 except ImportError as error:
-    raise ImportError(f"btfield.mitsuba needs Mitsuba 3.5 or newer ({error}): pip install mitsuba") from error
+    raise ImportError(f"btfield.mitsuba needs Mitsuba 3.8 or newer ({error}): pip install mitsuba") from error
 
-__all__ = ["PLUGIN", "bsdf"]
+__all__ = ["PLUGIN", "Material"]
 
 PLUGIN = "btf"
 """Its name in scenes."""
@@ -217,15 +217,15 @@ class _Directions:
         return self._numbers.blend(corner, 16, active)
 
 
-class _Material:
-    """A grown piece of a model, in the memory of the variant in use."""
+class _Light:
+    """What a material gives back, in the memory of the variant in use."""
 
-    def __init__(self, table: LitTable, surface: NDArray[np.float32], colours: int, xyz: bool) -> None:
-        self._colours, self._planes, self._xyz = colours, surface.shape[2] - 1, xyz
-        self._directions = _Directions(table)
-        self._surface = _Surface(surface)
-        self._lowest = math.cos(table.views.steepest), math.sin(table.views.steepest)
-        self.size = surface.shape[:2]
+    def __init__(self, of: Material) -> None:
+        self._colours, self._planes, self._xyz = of.colours, of.surface.shape[2] - 1, of.xyz
+        self._directions = _Directions(of.table)
+        self._surface = _Surface(of.surface)
+        self._lowest = math.cos(of.table.views.steepest), math.sin(of.table.views.steepest)
+        self.size = of.size
 
     def lit(self, u: Any, v: Any, view: Any, light: Any, active: Any) -> Any:
         """Light by the cosine of its angle: 1 is white. u, v: pieces of the material."""
@@ -249,32 +249,97 @@ class _Material:
         return dr.maximum(mi.xyz_to_srgb(colour), 0.0) if self._xyz else colour
 
 
-def _grow(model: BtfModel, device: Device, tile: Any, seed: int, directions: int, surface: Any, asked: str) -> _Material:
-    if not isinstance(model, BtfModel):
-        raise InputError(asked, f"it is a {type(model).__name__}", "give a model of `btfield btf fit`, method joint")
-    if model.colours not in (1, 3):
-        raise InputError(asked, f"the model has {model.colours} colours", "materials of Mitsuba have one or three here")
-    if directions < 3 or directions % 2 == 0:
-        raise InputError(asked, f"directions is {directions}", "give an odd number above 1, such as 21")
-    if surface is None:
-        grown = BtfSynthesiser(device, model, tile or model.size, seed)
-    else:
-        grown = BtfSynthesiser(device, model, surface=surface)
-    if not grown.tileable:
-        raise InputError(asked, f"a tile of {tile} pixels does not continue at its edges", "take sides without factors above 13")
-    table = lit_table(model, grown, directions)
-    return _Material(table, np.ascontiguousarray(grown.surface), model.colours, model.space == "xyz")
+class Material:
+    """A grown piece of a BTF model, ready to lie on shapes: bsdf() of any variant.
+
+    model: of method joint, or its file.
+    tile: (height, width) in pixels of the piece, or one number; None: the pictures' size.
+    surface: instead of a grown piece BtfFit.surface, that the model was fitted to.
+    directions: views and lights are kept on squares of so many by so many, an odd number; memory goes with the
+        fourth power of it.
+
+    Raises InputError when the model is of another kind or has other than one or three colours, the tile does not
+    continue at its edges, or an option does not fit.
+    """
+
+    def __init__(
+        self,
+        model: BtfModel | str | os.PathLike[str],
+        *,
+        device: Device | None = None,
+        tile: int | tuple[int, int] | None = None,
+        seed: int = 0,
+        surface: NDArray[Any] | None = None,
+        directions: int = 21,
+    ) -> None:
+        asked = "make a material of Mitsuba"
+        if isinstance(model, (str, os.PathLike)):
+            asked = f"make a material of Mitsuba of '{os.fspath(model)}'"
+            model = read_model(model)
+        if not isinstance(model, BtfModel):
+            raise InputError(asked, f"it is a {type(model).__name__}", "give a model of `btfield btf fit`, method joint")
+        if model.colours not in (1, 3):
+            raise InputError(asked, f"the model has {model.colours} colours", "give one of one or three")
+        if directions < 3 or directions % 2 == 0:
+            raise InputError(asked, f"directions is {directions}", "give an odd number above 1, such as 21")
+        device = device or Device()
+        if surface is None:
+            grown = BtfSynthesiser(device, model, tile or model.size, seed)
+        else:
+            grown = BtfSynthesiser(device, model, surface=surface)
+        if not grown.tileable:
+            found = f"a tile of {' x '.join(map(str, grown.size))} pixels does not continue at its edges"
+            raise InputError(asked, found, "take sides without factors above 13")
+        self.table: LitTable = lit_table(model, grown, directions)
+        self.surface: NDArray[np.float32] = np.ascontiguousarray(grown.surface)
+        """H x W x (1 + planes): height in pixels, then the planes."""
+        self.colours: int = model.colours
+        self.xyz: bool = model.space == "xyz"
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(height, width) of the piece."""
+        return self.surface.shape[0], self.surface.shape[1]
+
+    def bsdf(self, *, repeat_u: float = 1.0, repeat_v: float | None = None) -> Any:
+        """The material in Mitsuba's variant in use, for a scene's dict.
+
+        repeat_u, repeat_v: pieces side by side where u and v go from 0 to 1; repeat_v None: as many as along u.
+
+        Raises InputError when the variant has no such material, or Dr.Jit's LLVM is too old for it.
+        """
+        if _class is None:
+            found = f"the variant is {mi.variant()}"
+            raise InputError("make a material of Mitsuba", found, f"set_variant() to one of {', '.join(_VARIANTS)}")
+        _check_llvm()
+        properties = mi.Properties(PLUGIN)
+        properties["repeat_u"] = repeat_u
+        properties["repeat_v"] = repeat_u if repeat_v is None else repeat_v
+        return _class(properties, self)
+
+
+def _check_llvm() -> None:
+    """Dr.Jit 1.5 asks for what LLVM has for x86 from 17 on; older ones end the process."""
+    if not mi.variant().startswith("llvm"):
+        return
+    llvm, drjit = dr.detail.llvm_version()[0], tuple(map(int, dr.__version__.split(".")[:2]))
+    if llvm < 17 and drjit >= (1, 5):
+        raise InputError(
+            "render with LLVM",
+            f"Dr.Jit {dr.__version__} found LLVM {llvm}, with which it ends the process",
+            "install LLVM 17 or newer (Debian: libllvm19) and name it in DRJIT_LIBLLVM_PATH, or pip install mitsuba==3.8.0",
+        )
 
 
 def _make_class() -> type:
     class Btf(mi.BSDF):  # type: ignore[misc, name-defined]
         """The plug-in in the variant in use."""
 
-        def __init__(self, props: Any, material: _Material | None = None) -> None:
+        def __init__(self, props: Any, material: Material | None = None) -> None:
             mi.BSDF.__init__(self, props)
             if material is None:
                 material = _of_file(props)
-            self._material = material
+            self._light = _Light(material)
             self._repeat_u = float(props.get("repeat_u", 1.0))
             self._repeat_v = float(props.get("repeat_v", self._repeat_u))
             flags = mi.BSDFFlags
@@ -287,7 +352,7 @@ def _make_class() -> type:
             # Where coordinates of the surface are mirrored, so is the material.
             mirrored = dr.dot(si.dp_dv, si.sh_frame.t) < 0.0
             turned = dr.select(mirrored, -1.0, 1.0)
-            lit = self._material.lit(
+            lit = self._light.lit(
                 si.uv.x * self._repeat_u,
                 si.uv.y * self._repeat_v,
                 mi.Vector3f(view.x, turned * view.y, view.z),
@@ -321,18 +386,21 @@ def _make_class() -> type:
             return self._lit(ctx, si, wo, density > 0.0) * density, density
 
         def to_string(self) -> str:
-            height, width = self._material.size
+            height, width = self._light.size
             return f"Btf[tile = {width} x {height}, repeat_u = {self._repeat_u}, repeat_v = {self._repeat_v}]"
 
     return Btf
 
 
-def _of_file(props: Any) -> _Material:
-    file = mi.file_resolver().resolve(props.get("filename"))
-    asked = f"take '{file}' as a material"
-    tile = props.get("tile", 0)
-    device = Device(props.get("device", "auto"))
-    return _grow(read_model(str(file)), device, tile, props.get("seed", 0), props.get("directions", 21), None, asked)
+def _of_file(props: Any) -> Material:
+    _check_llvm()
+    return Material(
+        str(mi.file_resolver().resolve(props.get("filename"))),
+        device=Device(props.get("device", "auto")),
+        tile=props.get("tile", 0) or None,
+        seed=props.get("seed", 0),
+        directions=props.get("directions", 21),
+    )
 
 
 _class: type | None = None
@@ -345,40 +413,6 @@ def _register() -> None:
     if mi.variant() in _VARIANTS:
         _class = _make_class()
         mi.register_bsdf(PLUGIN, _class)
-
-
-def bsdf(
-    model: BtfModel | str | os.PathLike[str],
-    *,
-    device: Device | None = None,
-    tile: int | tuple[int, int] | None = None,
-    seed: int = 0,
-    surface: NDArray[Any] | None = None,
-    repeat_u: float = 1.0,
-    repeat_v: float | None = None,
-    directions: int = 21,
-) -> Any:
-    """The material of a model, for a scene's dict or a shape, in the variant in use.
-
-    model: of BTFs, method joint, or its file.
-    tile: (height, width) in pixels of the piece that is grown and repeated; None: the pictures' size.
-    surface: instead of a grown piece, BtfFit.surface, that the model was fitted to.
-    repeat_u, repeat_v: pieces side by side where u and v go from 0 to 1; repeat_v None: as many as along u.
-    directions: of views and of lights a square of so many by so many is kept, an odd number; memory goes with the
-        fourth power of it.
-
-    Raises InputError when the variant has no such material, or the model, the tile or an option does not fit.
-    """
-    asked = "make a material of Mitsuba"
-    if _class is None:
-        raise InputError(asked, f"the variant is {mi.variant()}", f"set_variant() to one of {', '.join(_VARIANTS)}")
-    if not isinstance(model, BtfModel):
-        model = read_model(os.fspath(model))
-    material = _grow(model, device or Device(), tile, seed, directions, surface, asked)
-    properties = mi.Properties(PLUGIN)
-    properties["repeat_u"] = repeat_u
-    properties["repeat_v"] = repeat_u if repeat_v is None else repeat_v
-    return _class(properties, material)
 
 
 _register()
