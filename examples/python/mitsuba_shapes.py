@@ -19,7 +19,7 @@ import btfield.mitsuba  # noqa: E402
 
 small = bool(os.environ.get("BTFIELD_EXAMPLES_SMALL"))
 side, samples, tile, directions = (48, 4, 64, 7) if small else (400, 128, 384, 21)
-SUN = 0.6, 0.7  # longitude, height: radians
+SUN = 4.0, 0.7  # longitude, height: radians
 device = btfield.Device()
 
 
@@ -39,10 +39,10 @@ def sky():
     """Linear light over longitude and latitude: a sun, a sky brighter at the horizon, dark ground."""
     up = np.cos(np.linspace(0, np.pi, 256))[:, None, None]
     around = np.linspace(0, 2 * np.pi, 512, endpoint=False)[None, :, None]
-    above = [0.12, 0.25, 0.5] + np.exp(-5 * np.abs(up)) * [0.7, 0.6, 0.4]
+    above = [0.2, 0.35, 0.6] + np.exp(-5 * np.abs(up)) * [0.7, 0.6, 0.4]
     light = np.where(up > 0, above, [0.1, 0.09, 0.08] + np.exp(30 * np.minimum(up, 0)) * [0.5, 0.45, 0.4])
     to_sun = np.sqrt(1 - up**2) * np.cos(around - SUN[0]) * np.cos(SUN[1]) + up * np.sin(SUN[1])
-    light = light + np.exp((to_sun - 1) / 0.003) * [180, 160, 130]
+    light = light + np.exp((to_sun - 1) / 0.003) * [260, 230, 190]
     return {"type": "envmap", "bitmap": mi.Bitmap(light.astype(np.float32))}
 
 
@@ -86,7 +86,7 @@ ball = material.bsdf(repeat_u=3, repeat_v=1.5)
 sheet = mi.load_dict({"type": "twosided", "bsdf": material.bsdf(repeat_u=1.5)})
 pictures = [
     picture({"type": "sphere", "bsdf": ball}, [0, -4.9, 0.6]),
-    picture(cloth(sheet), [0.3, -4.2, 2.3]),
+    picture(cloth(sheet), [0, -4.5, 2.2]),
 ]
 both = btfield.bytes_of(btfield.srgb_of(np.concatenate(pictures, axis=1)))
 Image.fromarray(both).save(sys.argv[2], quality=88)

@@ -31,7 +31,7 @@ def vector(direction):
 
 @pytest.fixture(scope="module")
 def model(device, cork):
-    height = 3 * btfield.unit_of(cork[:TILE, :TILE, :1])
+    height = 12 * btfield.unit_of(cork[:TILE, :TILE, :1])
     normals = btfield.normals_of_slopes(btfield.slopes_of_height(height, "periodic"))
     directions = btfield.btf_directions_81()[::3]
     pictures = btfield.make_btf(device, btfield.linear_of(cork[:TILE, :TILE]), normals, height, views=directions,
@@ -270,7 +270,8 @@ def test_grey_is_grey(device, material):
     rows = material.table.rows
     # The middle colour alone.
     keep = np.concatenate([[1, 4], np.arange(10, 14)])
-    grey.table = type(material.table)(material.table.views, material.table.lights, np.ascontiguousarray(rows[..., keep]))
+    table = material.table
+    grey.table = type(table)(table.views, table.lights, np.ascontiguousarray(rows[..., keep]))
     grey.colours = 1
     got, whole = (value(each.bsdf(), vector((30, 20)), vector((40, 200))) for each in (grey, material))
     assert np.allclose(got, whole[1], rtol=1e-6)
