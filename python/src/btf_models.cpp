@@ -1,8 +1,15 @@
+#include <algorithm>
+#include <cstddef>
+
 #include "btfield/btf_model.hpp"
 #include "btfield/btf_page.hpp"
 #include "btfield/btf_renderer.hpp"
 #include "btfield/btf_textures.hpp"
+#include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/btf/btf_names.hpp"
+#include "host/btf/direction_grid.hpp"
+#include "host/btf/direction_table.hpp"
 #include "host/rendering/rendering_names.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/device.hpp"
@@ -25,6 +32,44 @@ SurfaceKind surface_kind(const std::string& word) {
     throw InputError("find the surface '" + word + "'", "it is not known", "use field, compound, roll");
 }
 
+std::vector<BtfDirection> directions_of(nb::handle values, const char* what) {
+    const std::vector<double> angles = numbers_of(values, what);
+    if (angles.size() % 2 != 0)
+        throw InputError(std::string("take ") + what, "an angle is missing", "give pairs (theta, phi)");
+    std::vector<BtfDirection> directions;
+    for (std::size_t i = 0; i < angles.size(); i += 2) {
+        directions.push_back({angles[i], angles[i + 1]});
+        detail::check_shown(directions.back(), what, "find the weights of directions");
+    }
+    return directions;
+}
+
+/// Means, offsets and weights of pairs of directions, one after the other.
+struct WeightsOfPairs {
+    std::vector<float> means, offsets, weights;
+};
+
+WeightsOfPairs weights_of(const BtfModel& model, const BtfSynthesiser& grown,
+                          const std::vector<BtfDirection>& views, const std::vector<BtfDirection>& lights) {
+    const detail::DirectionTable table(model, &detail::seen_planes(grown));
+    const std::size_t colours = static_cast<std::size_t>(model.colours), pairs = views.size(),
+                      weights = colours * static_cast<std::size_t>(model.planes());
+    WeightsOfPairs found{std::vector<float>(pairs * colours), std::vector<float>(pairs * colours),
+                         std::vector<float>(pairs * weights)};
+    const auto put = [](const std::vector<double>& values, std::vector<float>& to, std::size_t pair) {
+        std::ranges::transform(values, to.begin() + static_cast<std::ptrdiff_t>(pair * values.size()),
+                               [](double value) { return static_cast<float>(value); });
+    };
+    detail::for_each_block(static_cast<int>(pairs), [&](int block) {
+        const auto pair = static_cast<std::size_t>(block);
+        const detail::PictureWeights own = table.weights(views[pair], lights[pair]);
+        put(own.mean, found.means, pair);
+        put(own.offsets, found.offsets, pair);
+        put(own.weights, found.weights, pair);
+    });
+    return found;
+}
+
 void add_measured(nb::module_& module) {
     nb::class_<BtfMeasured>(module, "BtfMeasured", "What models of BTFs keep of their sets.")
         .def_ro("size", &BtfMeasured::size, "(height, width) of the pictures.")
@@ -33,7 +78,9 @@ void add_measured(nb::module_& module) {
         .def_ro("white", &BtfMeasured::white, "Value of a white diffuse surface.")
         .def_ro("views", &BtfMeasured::views)
         .def_ro("lights", &BtfMeasured::lights)
-        .def_ro("pairs", &BtfMeasured::pairs);
+        .def_ro("pairs", &BtfMeasured::pairs)
+        .def_ro("true_lights", &BtfMeasured::true_lights,
+                "Where light came from in each pair; empty: from the direction of its index.");
     nb::class_<BtfErrors>(module, "BtfErrors", "Of pictures that a fit was not shown, in their deviations.")
         .def_ro("median", &BtfErrors::median)
         .def_ro("mean", &BtfErrors::mean)
@@ -145,6 +192,39 @@ void add_joint(nb::module_& module) {
         .def_prop_ro(
             "surface", [](PyBtfSynthesiser& self) { return self->surface(); },
             "Height in pixels, then the planes: a copy.");
+    module.def(
+        "btf_weights",
+        [](const BtfModel& model, PyBtfSynthesiser& grown, const nb::object& views,
+           const nb::object& lights) {
+            const std::string asked = "find the weights of directions";
+            const std::vector<BtfDirection> seen = directions_of(views, "view"),
+                                            lit = directions_of(lights, "light");
+            if (seen.size() != lit.size())
+                throw InputError(
+                    asked,
+                    detail::counted(seen.size(), "view") + " and " + detail::counted(lit.size(), "light"),
+                    "give a light for each view");
+            if (grown->surface().planes() != model.planes() + 1)
+                throw InputError(asked, "the surface has another number of planes than the model",
+                                 "give one that was grown of this model");
+            WeightsOfPairs found = unlocked([&] { return weights_of(model, *grown, seen, lit); });
+            const auto colours = static_cast<std::size_t>(model.colours),
+                       planes = static_cast<std::size_t>(model.planes());
+            return nb::make_tuple(array_of(std::move(found.means), {seen.size(), colours}),
+                                  array_of(std::move(found.offsets), {seen.size(), colours}),
+                                  array_of(std::move(found.weights), {seen.size(), colours, planes}));
+        },
+        nb::arg("model"), nb::arg("grown"), nb::arg("views"), nb::arg("lights"),
+        nb::sig("def btf_weights(model: BtfModel, grown: BtfSynthesiser, views: numpy.typing.ArrayLike, "
+                "lights: numpy.typing.ArrayLike) -> tuple[numpy.typing.NDArray[numpy.float32], "
+                "numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.float32]]"),
+        "What makes light of planes under views and lights, n x 2 each, (theta, phi) in radians (theory "
+        "21.3): means\n"
+        "mu, n x d, offsets m, n x d, and weights U, n x d x planes, all float32. Where a view shows planes "
+        "T of\n"
+        "grown.surface, light is mu max(0, m + sum_k U_k T_k)^2, which has the mean mu over the pixels of a "
+        "view.\n\n"
+        "Raises InputError when a direction is not above the surface, or grown is of another model.");
 }
 
 void add_textures(nb::module_& module) {

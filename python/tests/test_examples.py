@@ -15,6 +15,7 @@ from conftest import DATA, ROOT
         ("p4_table", ["cork.png", "bark.png"], "p4.csv"),
         ("material_set", ["cork.png"], "set"),
         ("btf_directions", ["bark.png"], "btf.png"),
+        ("mitsuba_shapes", ["bark.png"], "shapes.png"),
     ],
 )
 def test_example(program, pictures, out, tmp_path):
