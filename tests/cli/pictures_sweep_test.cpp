@@ -1,6 +1,6 @@
 // Every picture of tests/data, and of $BTFIELD_SWEEP_FOLDER where it is set, through fit and synth in each
-// format and back: the texture looks the same, whatever the file, and keeps what its model says. For a folder of
-// one's own it prints a table of how far every file is off.
+// format and back: the texture looks the same, whatever the file, and keeps what its model says. For a folder
+// of one's own it prints a table of how far every file is off.
 
 #include <gtest/gtest.h>
 
