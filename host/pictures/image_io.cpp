@@ -158,8 +158,8 @@ void tell_loss(const Image& image, PixelType source, const Storage& storage,
     }
 }
 
-/// Tells of a plane that had values beyond the file's range in its picture too, which count as no clamping, and of
-/// which so many are cut off that it looks another.
+/// Tells of a plane that had values beyond the file's range in its picture too, which count as no clamping,
+/// and of which so many are cut off that it looks another.
 void tell_cut(const Image& image, const WriteOptions& options, const Storage& storage,
               std::vector<std::string>& remarks) {
     constexpr double most = 0.05;

@@ -241,7 +241,14 @@ TEST(Experiment, WhatNoPictureHasRoomForIsRefusedBeforeAnythingRuns) {
     EXPECT_NE(refusal(config).find("use at most "), std::string::npos);
     config = good;
     config.size = Size{20000, 16};
-    EXPECT_NE(refusal(config).find("16384"), std::string::npos);
+    EXPECT_NE(refusal(config).find("random fields grow to 16384"), std::string::npos);
+    config.models = {ExperimentModel::compound};
+    EXPECT_NE(refusal(config).find("compound models grow to 16384"), std::string::npos);
+    for (const ExperimentModel model : {ExperimentModel::compound, ExperimentModel::roll}) {
+        config.models = {ExperimentModel::car3d, model};
+        config.size = Size{64, 15};
+        EXPECT_NE(refusal(config).find(std::string(name(model)) + " needs 16 pixels"), std::string::npos);
+    }
     config = good;
     config.orders = {1, 8};
     config.levels = {4};
