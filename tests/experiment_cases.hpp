@@ -3,8 +3,12 @@
 // Small experiments for tests: pictures that take no time, and all that a database holds as text.
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "btfield/experiment.hpp"
@@ -83,5 +87,37 @@ inline std::filesystem::path varied_experiment(const TemporaryFolder& folder) {
     })json");
     return folder / "varied.json";
 }
+
+/// Ranks that are threads of this process.
+class ThreadRanks {
+  public:
+    explicit ThreadRanks(int size) : boxes_(static_cast<std::size_t>(size)) {}
+    class Rank final : public ExperimentRanks {
+      public:
+        Rank(ThreadRanks& post, int rank) : post_(post), rank_(rank) {}
+        [[nodiscard]] int rank() const override { return rank_; }
+        [[nodiscard]] int size() const override { return static_cast<int>(post_.boxes_.size()); }
+        void send(int to, const std::string& message) override {
+            const std::lock_guard lock(post_.mutex_);
+            post_.boxes_[static_cast<std::size_t>(to)].push_back({rank_, message});
+        }
+        [[nodiscard]] std::optional<Message> receive() override {
+            const std::lock_guard lock(post_.mutex_);
+            auto& box = post_.boxes_[static_cast<std::size_t>(rank_)];
+            if (box.empty()) return std::nullopt;
+            Message message = std::move(box.front());
+            box.pop_front();
+            return message;
+        }
+
+      private:
+        ThreadRanks& post_;
+        int rank_;
+    };
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::deque<ExperimentRanks::Message>> boxes_;
+};
 
 }  // namespace btfield::test

@@ -45,6 +45,11 @@ FitOptions likelihood_fit() {
     return options;
 }
 
+const CompoundModel& test_compound() {
+    static const CompoundModel model = fit_compound(test::default_device(), cork());
+    return model;
+}
+
 class Stopping : public testing::Test {
   protected:
     /// Everything that may take long.
@@ -76,6 +81,8 @@ class Stopping : public testing::Test {
                  static_cast<void>(roller_.tiles(3, Size{48, 48}, {}));
              }},
             {"compound fit", [&] { static_cast<void>(fit_compound(device_, picture_)); }},
+            {"control field", [&] { static_cast<void>(compound_.control_field(3)); }},
+            {"compound texture", [&] { static_cast<void>(compound_.synthesise(3)); }},
         };
     }
 
@@ -84,6 +91,7 @@ class Stopping : public testing::Test {
     Image other_ = test::random_image({128, 128}, 3, 0.5F);
     Synthesiser synthesiser_{device_, test::example_model(ModelKind::car3d, 3, 2), {64, 64}};
     Roller roller_{device_, {&picture_, 1}};
+    CompoundSynthesiser compound_{device_, test_compound(), {96, 128}, true};
 };
 
 TEST_F(Stopping, AllLongWorkAsks) {
@@ -168,6 +176,8 @@ TEST_F(Stopping, ProgressIsOfTheCallersThreadAndMayThrow) {
              static_cast<void>(roller_.quilt({160, 160}, rolling));
          }},
         {"compound fit", [&] { static_cast<void>(fit_compound(device_, picture_, compound)); }},
+        {"control field", [&] { static_cast<void>(compound_.control_field(3, share)); }},
+        {"compound texture", [&] { static_cast<void>(compound_.synthesise(3, share)); }},
     };
     for (const auto& [name, run] : all) {
         SCOPED_TRACE(name);

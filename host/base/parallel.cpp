@@ -20,7 +20,7 @@ struct Loop {
     Loop(int count, BlockWork of) : blocks(count), work(of) {}
     int blocks;
     BlockWork work;
-    const StopScope* stop = current_stop();
+    const StopScope* stop = StopScope::current();
     std::atomic<int> next{0};
     int helpers = 0;  ///< under the crew's mutex
     std::mutex failing;

@@ -6,19 +6,13 @@
 
 namespace btfield::detail {
 
-/// The innermost scope of this thread; null without one.
-[[nodiscard]] const StopScope* current_stop();
-
-/// The scope of the thread that opened a loop, in one that helps with it.
+/// Makes this thread ask a scope of the thread that it works for, which outlives it; null: none.
 class InheritedStop {
   public:
     explicit InheritedStop(const StopScope* of);
-    ~InheritedStop();
-    InheritedStop(const InheritedStop&) = delete;
-    InheritedStop& operator=(const InheritedStop&) = delete;
 
   private:
-    const StopScope* before_;
+    StopScope scope_;
 };
 
 /// \throws Stopped when a scope of this thread says so

@@ -137,14 +137,20 @@ int ControlGrowth::block() const {
     return roller_->default_block() * scale_;
 }
 
-ControlField ControlGrowth::grow(Size size, std::uint64_t seed) {
-    if (!roller_)
+ControlField ControlGrowth::grow(Size size, std::uint64_t seed, const std::function<void(double)>& progress) {
+    if (!roller_) {
+        if (progress) progress(1.0);
         return {size, sample_.regions, std::vector<std::uint8_t>(area(size), sample_.labels.front())};
+    }
     const std::vector<double> wanted = shares(sample_);
     ControlField best;
     double least = 2.0;
     for (std::uint64_t attempt = 0; attempt < most_attempts && least > tolerated_share; ++attempt) {
-        ControlField field = rolled(size, attempt == 0 ? seed : draw(seed, attempt));
+        // Most sizes take one quilt, none takes all that may be needed: every one is half of what is left.
+        const double left = std::exp2(-static_cast<double>(attempt));
+        std::function<void(double)> told;
+        if (progress) told = [&](double share) { progress(1.0 - left * (1.0 - 0.5 * share)); };
+        ControlField field = rolled(size, attempt == 0 ? seed : draw(seed, attempt), told);
         const std::vector<double> own = shares(field);
         double largest = 0.0;
         for (size_t k = 0; k < own.size(); ++k) largest = std::max(largest, std::abs(own[k] - wanted[k]));
@@ -153,15 +159,18 @@ ControlField ControlGrowth::grow(Size size, std::uint64_t seed) {
             best = std::move(field);
         }
     }
+    if (progress) progress(1.0);
     return best;
 }
 
-ControlField ControlGrowth::rolled(Size size, std::uint64_t seed) {
+ControlField ControlGrowth::rolled(Size size, std::uint64_t seed,
+                                   const std::function<void(double)>& progress) {
     // Of an odd side the roller lays one pixel more, which is cut off: only where the side is odd, the field
     // has a step at the edge.
     const auto reduced = [&](int side) { return (side + scale_ - 1) / scale_; };
     RollerOptions options;
     options.seed = seed;
+    options.progress = progress;
     options.block = (block() > largest_block ? smaller_block : block()) / scale_;
     const SourceMap map =
         roller_->quilt({std::max(16, reduced(size.height)), std::max(16, reduced(size.width))}, options);

@@ -3,6 +3,7 @@
 // Control fields of any size, by the roller (theory 18.2; P1 2.1).
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "btfield/compound.hpp"
@@ -22,15 +23,18 @@ class ControlGrowth {
     ControlGrowth(Device& device, const CompoundModel& model);
 
     /// A quilt, or of a few that of the sample's shares of regions: P1's figure is 3 % (theory 18.2).
-    /// \param size sides of at least 16
-    [[nodiscard]] ControlField grow(Size size, std::uint64_t seed);
+    /// \param size     sides of at least 16
+    /// \param progress told what share is done at least: half of what is left with every quilt, 1 at the end
+    [[nodiscard]] ControlField grow(Size size, std::uint64_t seed,
+                                    const std::function<void(double)>& progress = {});
 
   private:
     /// Sets up the roller at 1 / scale of the resolution.
     void compare(Device& device, const Image& look, int scale);
     /// The roller's own choice, pixels of the sample.
     [[nodiscard]] int block() const;
-    [[nodiscard]] ControlField rolled(Size size, std::uint64_t seed);
+    [[nodiscard]] ControlField rolled(Size size, std::uint64_t seed,
+                                      const std::function<void(double)>& progress);
 
     ControlField sample_;  ///< a tile is continued beyond its edges
     int scale_ = 1;        ///< pixels of the sample to one of what the roller compares

@@ -289,10 +289,21 @@ void check_texture_size(const ExperimentConfig& config) {
     if (!config.size) return;
     const std::string asked = "experiment with textures of " + text_of(*config.size);
     constexpr int longest = 16384;  // of what spectra can be transformed
+    constexpr int shortest = 16;    // of what the roller cuts
+    const auto rolled = std::ranges::find_if(config.models, [](ExperimentModel model) {
+        return model == ExperimentModel::compound || model == ExperimentModel::roll;
+    });
+    if (rolled != config.models.end() && std::min(config.size->height, config.size->width) < shortest)
+        throw InputError(
+            asked, std::string(name(*rolled)) + " needs " + std::to_string(shortest) + " pixels on a side",
+            "correct the configuration: give a larger 'size'; nothing was run");
     const bool fields = std::ranges::any_of(
         config.models, [](ExperimentModel model) { return random_field(model).has_value(); });
-    if (fields && std::max(config.size->height, config.size->width) > longest)
-        throw InputError(asked, "random fields grow to " + std::to_string(longest) + " pixels on a side",
+    const bool compound = std::ranges::find(config.models, ExperimentModel::compound) != config.models.end();
+    if ((fields || compound) && std::max(config.size->height, config.size->width) > longest)
+        throw InputError(asked,
+                         std::string(fields ? "random fields grow" : "compound models grow") + " to " +
+                             std::to_string(longest) + " pixels on a side",
                          "correct the configuration: give a smaller 'size'; nothing was run");
     // A plane of the texture, and one to measure it by.
     const double needed = 2.0 * sizeof(float) * static_cast<double>(area(*config.size));

@@ -249,6 +249,8 @@ void PictureWork::run(const WorkUnit& unit, const std::function<void(WorkReport)
     try {
         picture = std::make_unique<Picture>(device_, unit.source, read(unit.source, sets_), config_);
         if (!unit.keep) report({picture->facts(), {}, {}, {}});
+    } catch (const Stopped&) {
+        throw;
     } catch (...) {
         const Failure failure = current_failure();
         WorkReport news;
@@ -319,6 +321,8 @@ WorkReport PictureWork::measure(Picture& picture, const PictureSource& source,
                 ++measured;
             }
         }
+    } catch (const Stopped&) {
+        throw;
     } catch (...) {
         fail_from(results, measured, current_failure());
     }
@@ -345,6 +349,8 @@ WorkReport PictureWork::keep(Picture& picture, const PictureSource& source,
                                  std::string(marginals_text(job.settings)), job.metric, job.key,
                                  fs::absolute(file).string()});
         }
+    } catch (const Stopped&) {
+        throw;
     } catch (...) {
         news.trouble = current_failure().reason;
     }

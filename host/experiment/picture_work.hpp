@@ -26,6 +26,7 @@ class PictureWork {
 
     /// Whatever goes wrong becomes results of the jobs that it befell. Reports fit by fit.
     /// \param stop asked before every fit; true leaves the jobs that follow undone
+    /// \throws Stopped when a StopScope of this thread ends the fit under way, of which nothing is reported
     void run(const WorkUnit& unit, const std::function<void(WorkReport)>& report,
              const std::function<bool()>& stop);
 

@@ -11,7 +11,9 @@
 
 #include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
+#include "btfield/stop.hpp"
 #include "btfield/threads.hpp"
+#include "host/base/stop.hpp"
 #include "host/experiment/config_text.hpp"
 #include "host/experiment/ledger.hpp"
 #include "host/experiment/messages.hpp"
@@ -50,6 +52,11 @@ std::filesystem::path texture_folder(const ExperimentRunOptions& options) {
     return folder;
 }
 
+[[noreturn]] void throw_stopped() {
+    throw Stopped("run the experiment", "a StopScope of the caller's ends it",
+                  "run it again: the database has what was done");
+}
+
 void tell_all(ExperimentRanks& ranks, const RankMessage& message) {
     const std::string bytes = to_bytes(message);
     for (int rank = 1; rank < ranks.size(); ++rank) ranks.send(rank, bytes);
@@ -79,7 +86,8 @@ class Head {
             auto told = std::chrono::steady_clock::now();
             while (active_ > 0 || away_ > 0) {
                 try {
-                    if (!stopping_ && wants_to_stop()) stop();
+                    if (scope_ != nullptr && !broken_off_ && scope_->asked()) broken_off_ = true;
+                    if (!stopping_ && (broken_off_ || wants_to_stop())) stop();
                     const bool busy = ranks_ != nullptr && exchange();
                     const auto now = std::chrono::steady_clock::now();
                     if (options_.progress && !trouble && now - told >= progress_interval) {
@@ -96,6 +104,7 @@ class Head {
         }
         ExperimentResult result = ledger_.conclude();
         if (trouble) std::rethrow_exception(trouble);
+        if (broken_off_) throw_stopped();
         if (result.interrupted && !stopping_ && device_error_) std::rethrow_exception(device_error_);
         if (options_.progress) options_.progress(result);
         return result;
@@ -115,6 +124,7 @@ class Head {
     }
 
     void work() {
+        const InheritedStop inherited(scope_);
         try {
             PictureWork work(config_, options_.device, textures_, sets_);
             while (const std::optional<WorkUnit> unit = ledger_.wait_for_next()) {
@@ -123,6 +133,8 @@ class Head {
                     [this] { return stopping_ || wants_to_stop(); });
                 ledger_.unit_ended();
             }
+        } catch (const Stopped&) {
+            broken_off_ = true;
         } catch (...) {
             lost(std::current_exception());
         }
@@ -198,6 +210,8 @@ class Head {
     std::atomic<int> active_{0};  ///< own threads
     int away_ = 0;                ///< other ranks
     std::atomic<bool> stopping_{false};
+    const StopScope* const scope_ = StopScope::current();
+    std::atomic<bool> broken_off_{false};       ///< by the scope
     std::vector<std::pair<int, int>> waiting_;  ///< rank and thread
     std::mutex mutex_;
     std::exception_ptr device_error_;
@@ -213,6 +227,8 @@ class Hand {
     void run() {
         try {
             work_until_the_end();
+        } catch (const Stopped&) {
+            throw;
         } catch (const std::exception& error) {
             RankMessage message;
             message.kind = MessageKind::lost;
@@ -240,9 +256,12 @@ class Hand {
         }
         send(MessageKind::left);
         flush();
+        if (broken_off_) throw_stopped();
     }
 
-    [[nodiscard]] bool wants_to_stop() const { return stopping_ || (options_.stop && options_.stop()); }
+    [[nodiscard]] bool wants_to_stop() const {
+        return stopping_ || broken_off_ || (options_.stop && options_.stop());
+    }
 
     bool await_welcome() {
         for (;;) {
@@ -260,6 +279,7 @@ class Hand {
     }
 
     void work(int thread) {
+        const InheritedStop inherited(scope_);
         try {
             PictureWork work(config_, options_.device, textures_, sets_);
             while (!wants_to_stop()) {
@@ -271,9 +291,15 @@ class Hand {
                     message.report = std::move(results);
                     send(message);
                 };
-                work.run(*unit, report, [this] { return wants_to_stop(); });
+                try {
+                    work.run(*unit, report, [this] { return wants_to_stop(); });
+                } catch (const Stopped&) {
+                    broken_off_ = true;
+                }
                 send(MessageKind::ended);
             }
+        } catch (const Stopped&) {
+            broken_off_ = true;
         } catch (const std::exception& error) {
             RankMessage message;
             message.kind = MessageKind::lost;
@@ -339,6 +365,8 @@ class Hand {
     OpenSets sets_;
     std::atomic<int> active_{0};
     std::atomic<bool> stopping_{false};
+    const StopScope* const scope_ = StopScope::current();
+    std::atomic<bool> broken_off_{false};  ///< by the scope
     std::mutex mutex_;
     std::condition_variable changed_;
     std::vector<std::string> outbox_;

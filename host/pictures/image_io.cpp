@@ -162,6 +162,26 @@ void tell_loss(const Image& image, PixelType source, const Storage& storage,
     }
 }
 
+/// Tells of a plane that had values beyond the file's range in its picture too, which count as no clamping,
+/// and of which so many are cut off that it looks another.
+void tell_cut(const Image& image, const WriteOptions& options, const Storage& storage,
+              std::vector<std::string>& remarks) {
+    constexpr double most = 0.05;
+    if (!is_integer(storage.type) || is_integer(options.source) || options.limits.empty()) return;
+    for (int p = 0; p < image.planes(); ++p) {
+        const PlaneLimits own = options.limits[static_cast<std::size_t>(p)];
+        const auto plane = image.plane(p);
+        const auto cut = std::ranges::count_if(
+            plane, [&](float v) { return (own.low && v < 0.0F) || (own.high && v > 1.0F); });
+        const double share = static_cast<double>(cut) / static_cast<double>(plane.size());
+        if (!(share > most)) continue;
+        remarks.push_back(std::to_string(std::lround(100.0 * share)) + " % of plane " + std::to_string(p) +
+                          " lie outside of [0, 1], as in the picture, and are cut off; EXR and TIFF of type "
+                          "float keep them");
+        return;
+    }
+}
+
 std::string plane_list(const std::vector<int>& planes) {
     std::string text;
     for (std::size_t i = 0; i < planes.size(); ++i)
@@ -278,6 +298,7 @@ EncodedPicture detail::encode(const fs::path& path, const Image& image, const Wr
     store_picture(encoded.file->temporary(), stored, storage, asked);
     report.clamped_pixels = count_clamped(stored, storage, options.limits);
     tell_loss(stored, options.source, storage, report.remarks);
+    tell_cut(stored, options, storage, report.remarks);
     return encoded;
 }
 

@@ -132,9 +132,15 @@ class BTFIELD_API CompoundSynthesiser {
 
     /// The roller's control field of this seed, of lattice() size.
     [[nodiscard]] ControlField control_field(std::uint64_t seed);
+    /// The same. `progress` is told, in the caller's thread, what share of the work is done at least: a field
+    /// whose regions are not the sample's shares is drawn again, so that it may jump to 1. What it throws
+    /// ends the work.
+    [[nodiscard]] ControlField control_field(std::uint64_t seed, const std::function<void(double)>& progress);
     /// Texture of one seed on control_field(seed): a pure function of (model, size, seed), to 1e-4 of full
     /// scale on any device. In units of the analysed picture's values, not clamped.
     [[nodiscard]] Image synthesise(std::uint64_t seed);
+    /// The same; `progress` as control_field() has it.
+    [[nodiscard]] Image synthesise(std::uint64_t seed, const std::function<void(double)>& progress);
     /// Texture on this control field, of size() or lattice() size.
     /// \throws InputError when it has another size, or more regions than the model
     [[nodiscard]] Image synthesise(std::uint64_t seed, const ControlField& field);

@@ -159,9 +159,11 @@ struct ExperimentRunOptions {
     int shard = 1, shards = 1;
     /// Keeps the best texture of every (picture, model) there; empty = none is kept.
     std::filesystem::path textures;
-    /// Called from the calling thread, a few times a second and at the end.
+    /// Called from the calling thread, a few times a second and at the end; what it throws ends the run after
+    /// the fits under way.
     std::function<void(const ExperimentProgress&)> progress;
-    /// Asked often, from several threads; true ends the run after the fits under way.
+    /// Asked often, from several threads; true ends the run after the fits under way. A StopScope of the
+    /// calling thread ends these too, and the run throws Stopped; other ranks finish theirs.
     std::function<bool()> stop;
     ExperimentRanks* ranks = nullptr;  ///< nullptr = this process alone
     /// Jobs that share the work of one picture at most; 0 = all of them. 1 is a job at a time, for

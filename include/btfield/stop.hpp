@@ -28,6 +28,8 @@ class BTFIELD_API StopScope {
 
     /// Whether this scope, or one around it, says so.
     [[nodiscard]] bool asked() const;
+    /// The innermost scope of the calling thread, which threads that it starts may ask too; null without one.
+    [[nodiscard]] static const StopScope* current();
 
   private:
     std::function<bool()> stop_;

@@ -188,6 +188,28 @@ TEST_F(CliPictures, LossOfDetailIsToldInOneWarning) {
     EXPECT_NE(err_.find("and 2 more"), std::string::npos) << err_;
 }
 
+TEST_F(CliPictures, PlanesThatAreCutOffAreTold) {
+    // A height in its own unit: in a PNG little of it is left.
+    put_exr("a.exr", {"height"}, {0.01F});
+    OIIO::ImageSpec spec(48, 40, 1, OIIO::TypeDesc::FLOAT);
+    spec.channelnames = {"height"};
+    const Image small = read_picture(folder_ / "a.exr").image;
+    std::vector<float> values(small.values().begin(), small.values().end());
+    for (float& v : values) v += 1000.0F;
+    write_foreign(folder_ / "high.exr", spec, values);
+    object({"fit", "high.exr", "-o", "high.json"});
+    object({"synth", "high.json", "-o", "o.png"});
+    EXPECT_NE(err_.find("100 % of plane 0 lie outside of [0, 1]"), std::string::npos) << err_;
+    object({"synth", "high.json", "-o", "o.tif", "--type", "float"});
+    EXPECT_EQ(err_, "");
+    // Few lights that are brighter than white are what they are in the picture.
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = i % 100 == 0 ? 1.5F : values[i] - 999.6F;
+    write_foreign(folder_ / "bright.exr", spec, values);
+    object({"fit", "bright.exr", "-o", "bright.json"});
+    object({"synth", "bright.json", "-o", "b.png"});
+    EXPECT_EQ(err_.find("cut off"), std::string::npos) << err_;
+}
+
 TEST_F(CliPictures, NamesGoFromChannelsToModelToChannels) {
     put_exr("waves.exr", {"1000nm", "400nm", "560nm", "720nm"});
     const json fitted = object({"fit", "waves.exr", "-o", "w.btfm"});

@@ -7,10 +7,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <deque>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 #include <thread>
@@ -35,6 +33,7 @@ using test::put_bytes;
 using test::query_lines;
 using test::small_experiment;
 using test::TemporaryFolder;
+using test::ThreadRanks;
 using test::threads;
 using test::varied_experiment;
 using test::whole_rows;
@@ -242,7 +241,14 @@ TEST(Experiment, WhatNoPictureHasRoomForIsRefusedBeforeAnythingRuns) {
     EXPECT_NE(refusal(config).find("use at most "), std::string::npos);
     config = good;
     config.size = Size{20000, 16};
-    EXPECT_NE(refusal(config).find("16384"), std::string::npos);
+    EXPECT_NE(refusal(config).find("random fields grow to 16384"), std::string::npos);
+    config.models = {ExperimentModel::compound};
+    EXPECT_NE(refusal(config).find("compound models grow to 16384"), std::string::npos);
+    for (const ExperimentModel model : {ExperimentModel::compound, ExperimentModel::roll}) {
+        config.models = {ExperimentModel::car3d, model};
+        config.size = Size{64, 15};
+        EXPECT_NE(refusal(config).find(std::string(name(model)) + " needs 16 pixels"), std::string::npos);
+    }
     config = good;
     config.orders = {1, 8};
     config.levels = {4};
@@ -456,54 +462,22 @@ TEST(Experiment, NoDevice) {
     EXPECT_THROW(run_experiment(config, folder / "r.db", options), DeviceError);
 }
 
-/// Ranks that are threads of this process.
-class Post {
-  public:
-    explicit Post(int size) : boxes_(static_cast<std::size_t>(size)) {}
-    class Rank final : public ExperimentRanks {
-      public:
-        Rank(Post& post, int rank) : post_(post), rank_(rank) {}
-        [[nodiscard]] int rank() const override { return rank_; }
-        [[nodiscard]] int size() const override { return static_cast<int>(post_.boxes_.size()); }
-        void send(int to, const std::string& message) override {
-            const std::lock_guard lock(post_.mutex_);
-            post_.boxes_[static_cast<std::size_t>(to)].push_back({rank_, message});
-        }
-        [[nodiscard]] std::optional<Message> receive() override {
-            const std::lock_guard lock(post_.mutex_);
-            auto& box = post_.boxes_[static_cast<std::size_t>(rank_)];
-            if (box.empty()) return std::nullopt;
-            Message message = std::move(box.front());
-            box.pop_front();
-            return message;
-        }
-
-      private:
-        Post& post_;
-        int rank_;
-    };
-
-  private:
-    std::mutex mutex_;
-    std::vector<std::deque<ExperimentRanks::Message>> boxes_;
-};
-
 /// \param devices one per rank
 ExperimentResult run_with_ranks(const ExperimentConfig& config, const fs::path& database,
                                 const std::vector<std::string>& devices, const fs::path& textures = {}) {
     const auto size = static_cast<int>(devices.size());
-    Post post(size);
+    ThreadRanks post(size);
     std::vector<std::jthread> others;
     for (int r = 1; r < size; ++r) {
         others.emplace_back([&, r] {
-            Post::Rank rank(post, r);
+            ThreadRanks::Rank rank(post, r);
             ExperimentRunOptions options;
             options.ranks = &rank;
             options.device = devices[static_cast<std::size_t>(r)];
             run_experiment({}, {}, options);
         });
     }
-    Post::Rank rank(post, 0);
+    ThreadRanks::Rank rank(post, 0);
     ExperimentRunOptions options;
     options.ranks = &rank;
     options.device = devices[0];

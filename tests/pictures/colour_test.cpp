@@ -12,6 +12,7 @@
 #include <functional>
 #include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "btfield/error.hpp"
@@ -132,6 +133,40 @@ TEST_F(Colour, OfTiffBesideDataIsConvertedByItsPrimaries) {
     const Picture red = read_picture(folder_ / "p3.tif", ReadOptions{{}, {}, {"R"}, false});
     EXPECT_EQ(red.image.at(0, 0, 0), picture.image.at(0, 0, 0));
     EXPECT_EQ(red.image.plane_spaces(), Spaces{srgb});
+}
+
+TEST_F(Colour, SamplesThatMayBeLightAreTakenForDataWithAWord) {
+    // Grey beside data; and RGB in front of so many samples that it may be bands.
+    const std::vector<TiffTag> two{{258, {8, 8}}, {262, {1}}, {277, {2}}, {338, {0}}};
+    const std::vector<TiffTag> bands{{258, {8, 8, 8, 8, 8, 8}}, {262, {2}}, {277, {6}}, {338, {0, 0, 0}}};
+    for (const auto& [tags, count] : {std::pair(two, 2), std::pair(bands, 6)}) {
+        const std::string pixel = std::string("abcdef").substr(0, static_cast<std::size_t>(count));
+        const Picture picture = read_tiff(tags, pixel);
+        EXPECT_EQ(picture.image.planes(), count);
+        EXPECT_TRUE(picture.image.plane_spaces().empty());
+        ASSERT_EQ(picture.remarks.size(), 1U);
+        EXPECT_EQ(picture.remarks[0],
+                  "its " + std::to_string(count) +
+                      " planes are taken for data: the file does not say which are light");
+        // Whoever chooses knows.
+        ReadOptions kept;
+        kept.keep_values = true;
+        EXPECT_TRUE(read_tiff(tags, pixel, kept).remarks.empty());
+        EXPECT_TRUE(read_tiff(tags, pixel, ReadOptions{{}, {}, {"1", "0"}, false}).remarks.empty());
+        // Data stay, and names say what they are.
+        Image image = picture.image;
+        std::vector<std::string> names;
+        for (int p = 0; p < count; ++p) names.push_back("band " + std::to_string(p));
+        image.set_names(names);
+        const Picture back = written("b.tif", image, PixelType::uint8);
+        EXPECT_TRUE(back.remarks.empty());
+        EXPECT_EQ(back.image.names(), names);
+        EXPECT_NEAR(written("b.exr", image, PixelType::uint8).image.at(0, 0, 0), image.at(0, 0, 0), 1e-3);
+    }
+    // Maps of the earth are data, as everybody knows.
+    std::vector<TiffTag> map = two;
+    map.push_back({33550, {1, 1, 1}});
+    EXPECT_TRUE(read_tiff(map, "ab").remarks.empty());
 }
 
 TEST_F(Colour, OfExrBesideDepthIsEncodedInWholeNumbers) {

@@ -256,4 +256,12 @@ bool tiff_has_colours(TIFF* tiff, const TiffLayout& layout, const std::string& d
            !meaning.curves.front().empty();
 }
 
+bool tiff_hides_meaning(TIFF* tiff, const TiffLayout& layout, const std::string& description) {
+    const bool light = layout.photometric == PHOTOMETRIC_RGB ||
+                       layout.photometric == PHOTOMETRIC_MINISBLACK ||
+                       layout.photometric == PHOTOMETRIC_MINISWHITE;
+    return light && layout.is_fraction() && said_names(description).empty() &&
+           !said_spaces(description, layout.samples) && !is_map(tiff);
+}
+
 }  // namespace btfield::detail

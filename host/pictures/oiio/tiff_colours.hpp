@@ -23,4 +23,8 @@ void interpret_tiff(TIFF* tiff, TiffLayout& layout, const ReadOptions& options, 
 /// call stacks of many bands RGB too: those are colours where the file describes them.
 [[nodiscard]] bool tiff_has_colours(TIFF* tiff, const TiffLayout& layout, const std::string& description);
 
+/// Whether samples that are no colours as a whole may still be light: whole numbers that are called grey or
+/// RGB and have neither names nor a place on the earth.
+[[nodiscard]] bool tiff_hides_meaning(TIFF* tiff, const TiffLayout& layout, const std::string& description);
+
 }  // namespace btfield::detail

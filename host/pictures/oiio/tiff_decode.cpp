@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "host/base/text.hpp"
 #include "host/pictures/channels.hpp"
 #include "host/pictures/oiio/tiff_colours.hpp"
 #include "host/pictures/oiio/tiff_file.hpp"
@@ -135,6 +136,10 @@ Picture read_samples(TIFF* tiff, TiffLayout& layout, const ReadOptions& options,
         take_tiff_colours(tiff, layout, options, taken(colours), plan, picture, asked);
     if (const auto said = said_spaces(description, picture.image.planes()); !whole && said)
         picture.image.set_plane_spaces(*said);
+    if (!whole && options.planes.empty() && !options.keep_values && picture.image.plane_spaces().empty() &&
+        tiff_hides_meaning(tiff, layout, description))
+        picture.remarks.push_back("its " + counted(picture.image.planes(), "plane") +
+                                  " are taken for data: the file does not say which are light");
     if (!whole && layout.photometric == PHOTOMETRIC_MINISWHITE && !options.keep_values)
         for (std::size_t p = 0; p < plan.planes.size(); ++p)
             if (plan.planes[p] == 0 && (layout.is_fraction() || layout.is_float()))
