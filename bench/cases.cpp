@@ -29,6 +29,7 @@ void add_all() {
     add_compound();
     add_relief();
     add_btf();
+    add_png();
 }
 
 namespace {

@@ -29,6 +29,7 @@ void add_roller();
 void add_compound();
 void add_relief();
 void add_btf();
+void add_png();
 void add_all();
 
 /// The device of $BTFIELD_DEVICE, else the best; opened once.

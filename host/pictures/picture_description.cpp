@@ -48,7 +48,10 @@ std::string description_of(const Image& image, const Storage& storage,
     const bool said =
         image.planes() == 3 && storage.chromaticities && image.space() == ColourSpace::unspecified;
     const std::vector<ColourSpace> spaces = spaces_of_planes(image);
-    if (!said && spaces != assumed_spaces(image, storage, channels)) {
+    // What whole numbers of many planes in a TIFF are, a reader can only guess.
+    const bool guessed = storage.format == PictureFormat::tiff && image.names().empty() &&
+                         spaces.size() != 3 && spaces.size() != 1;
+    if (!said && (guessed || spaces != assumed_spaces(image, storage, channels))) {
         const bool alike = std::ranges::all_of(spaces, [&](ColourSpace s) { return s == spaces.front(); });
         text = std::string(space_mark) + std::string(name(spaces.front()));
         for (std::size_t p = 1; p < spaces.size() && !alike; ++p) text += " " + std::string(name(spaces[p]));

@@ -36,7 +36,7 @@ struct PngWork {
     PngFile to;
     const Image* image = nullptr;
     bool wide = false;  ///< 16 bits
-    int level = 0, strategy = 0;
+    int level = 0, strategy = Z_DEFAULT_STRATEGY, filters = PNG_ALL_FILTERS;
     png_charp description = nullptr;  ///< or none
     std::uint8_t* row = nullptr;
 };
@@ -76,7 +76,7 @@ void write_picture_png(png_structp png, png_infop info, PngWork& work) {
     png_set_IHDR(png, info, static_cast<png_uint_32>(image.width()), static_cast<png_uint_32>(image.height()),
                  work.wide ? 16 : 8, colour ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    png_set_filter(png, PNG_FILTER_TYPE_BASE, work.level == 0 ? PNG_NO_FILTERS : PNG_ALL_FILTERS);
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, work.filters);
     if (colour && image.space() == ColourSpace::srgb)
         png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_ABSOLUTE);
     if (colour && image.space() == ColourSpace::linear) png_set_gAMA_fixed(png, info, PNG_FP_1);
@@ -110,15 +110,21 @@ void encode_png(const std::filesystem::path& path, const Image& image, const Sto
     std::string description = description_of(image, storage, {});
     std::vector<std::uint8_t> row(static_cast<std::size_t>(image.width()) *
                                   static_cast<std::size_t>(image.planes()) * (wide ? 2 : 1));
-    PngWork work{{file.get()},       &image,  wide,      storage.compression.value_or(1),
-                 Z_DEFAULT_STRATEGY, nullptr, row.data()};
-    // What filters leave of texture is noise: matches other than runs cost the time and gain nothing. Planes
-    // that repeat each other do match, though filters hide it from runs.
-    if (work.level == 1) {
-        if (image.planes() > 1 && is_grey(image))
-            work.level = 2;
-        else
-            work.strategy = Z_RLE;
+    PngWork work;
+    work.to.file = file.get();
+    work.image = &image;
+    work.wide = wide;
+    work.level = storage.compression.value_or(1);
+    work.row = row.data();
+    if (work.level == 0) {
+        work.filters = PNG_NO_FILTERS;
+    } else if (work.level == 1 && image.planes() > 1 && is_grey(image)) {
+        work.level = 2;  // planes that repeat each other match, though filters hide that from runs
+    } else if (work.level == 1) {
+        // What filters leave of texture is noise: matches other than runs cost time and gain nothing, and the
+        // mean of two neighbours leaves as little as the best of all filters, row by row (docs/performance.md).
+        work.strategy = Z_RLE;
+        work.filters = PNG_FILTER_AVG;
     }
     if (!description.empty()) work.description = description.data();
     Png png(Png::Use::write);
