@@ -16,7 +16,7 @@ constexpr Tuning cpu{
     .local_tiles = false,
     .fft = FftBackend::lanes,
     .memory_share = 0.7,
-    .batch_bytes = 32 * mebibyte,
+    .batch_bytes = 16 * mebibyte,
     .largest_batch = 64,
     .factor_bytes = 256 * mebibyte,
     .whole_fields = 2,

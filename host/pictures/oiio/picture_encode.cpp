@@ -127,6 +127,14 @@ bool leads_with_colours(const Image& image) {
            image.plane_space(2) == first;
 }
 
+std::string compression_of(const Storage& storage) {
+    if (storage.format == PictureFormat::jpeg) return "jpeg:98";
+    if (storage.compression == 0) return "none";
+    if (storage.format == PictureFormat::exr && storage.compression)
+        return "zip:" + std::to_string(*storage.compression);
+    return "zip";
+}
+
 OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
     OIIO::ImageSpec spec(image.width(), image.height(), image.planes(),
                          OIIO::TypeDesc(codec_type(storage.type)));
@@ -165,13 +173,8 @@ OIIO::ImageSpec spec_for(const Image& image, const Storage& storage) {
     const std::string description = description_of(image, storage, spec.channelnames);
     if (!description.empty()) spec.attribute("ImageDescription", description);
     spec.attribute("jpeg:subsampling", "4:4:4");
-    spec.attribute("Compression", storage.format == PictureFormat::jpeg ? "jpeg:98"
-                                  : storage.compression == 0            ? "none"
-                                                                        : "zip");
-    if (storage.compression.value_or(0) > 0) {
-        spec.attribute("tiff:zipquality", *storage.compression);
-        spec.attribute("openexr:zipCompressionLevel", *storage.compression);
-    }
+    spec.attribute("Compression", compression_of(storage));
+    if (storage.compression.value_or(0) > 0) spec.attribute("tiff:zipquality", *storage.compression);
     spec.attribute("tiff:half", 1);
     spec.attribute("tiff:write_exif", 0);
     spec.attribute("DateTime", "");  // the same picture makes the same file
