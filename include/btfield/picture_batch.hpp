@@ -15,8 +15,7 @@ namespace btfield {
 /// Writes pictures as write_picture() does, and waits for the disk once for a group of them, not for each:
 /// they get their names when the group is on the disk, which is full with 64 pictures, or with the first one
 /// a second after the group before. So a batch that is ended, even by a loss of power, leaves whole pictures
-/// only. What is written to a pipe or a
-/// device goes there at once. Any number of threads may write.
+/// only. What is written to a pipe or a device goes there at once. Any number of threads may write.
 class BTFIELD_API PictureBatch {
   public:
     PictureBatch();
