@@ -124,7 +124,7 @@ double SynthesisLayout::largest(int planes, bool packed) const {
         floats = domain(0);
     else if (routes.front() != LevelRoute::convolution)
         floats = std::max(floats, packed && routes.front() == LevelRoute::spectrum ? 2.0 * half : half);
-    return sizeof(float) * planes * floats;
+    return sizeof(float) * static_cast<double>(planes) * floats;
 }
 
 }  // namespace btfield::detail
