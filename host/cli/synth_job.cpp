@@ -87,6 +87,13 @@ void check_exports(SynthJob& job, std::optional<int> number, int count,
     }
 }
 
+void check_compression(const SynthArguments& options, const fs::path& output) {
+    if (!options.writing.compression) return;
+    const std::string extension = lower_extension(output);
+    if (extension != ".png" && extension != ".tif" && extension != ".tiff" && extension != ".exr")
+        throw UsageError("--compression is of PNG, TIFF and EXR: '" + output.string() + "' is none of them");
+}
+
 /// Numbers of the batch's textures that this run grows: from the first to before the second.
 std::pair<int, int> own_textures(const SynthArguments& options) {
     const int count = options.count.value_or(1);
@@ -158,7 +165,8 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             if (job.material)
                 check_exports(job, options.count ? std::optional(i) : std::nullopt, count, outputs);
             else
-                check_writable(output, planes_of(job), type_of(job), options.writing.type);
+                check_writable(outputs.front(), planes_of(job), type_of(job), options.writing.type);
+            check_compression(options, outputs.front());
             job.outputs.insert(job.outputs.end(), outputs.begin(), outputs.end());
             job.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
             if (!options.labels_output.empty())

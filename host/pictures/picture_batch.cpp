@@ -1,5 +1,8 @@
 #include "btfield/picture_batch.hpp"
 
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <exception>
@@ -16,8 +19,16 @@ using namespace detail;
 
 namespace {
 
-constexpr std::size_t largest_group = 64;          // of open files, of which a process has 1024
 constexpr std::chrono::seconds shortest_pause{1};  // between two groups that are not full
+
+/// Of open files; few where the process may have few, of which others are in use.
+std::size_t largest_group() {
+    constexpr std::size_t usual = 64, in_use = 48;
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return usual;
+    const auto open = static_cast<std::size_t>(limit.rlim_cur);
+    return std::clamp<std::size_t>(open > in_use ? (open - in_use) / 4 : 1, 1, usual);
+}
 
 }  // namespace
 
@@ -31,7 +42,7 @@ class [[gnu::visibility("hidden")]] PictureBatch::Impl {
             const std::lock_guard lock(mutex_);
             const auto now = Clock::now();
             waiting_.push_back(std::move(file));
-            if (waiting_.size() < largest_group && now - settled_ < shortest_pause) return;
+            if (waiting_.size() < largest_ && now - settled_ < shortest_pause) return;
             full.swap(waiting_);
             settled_ = now;
         }
@@ -75,6 +86,7 @@ class [[gnu::visibility("hidden")]] PictureBatch::Impl {
 
     std::mutex mutex_;  ///< of what follows
     Group waiting_;
+    std::size_t largest_ = largest_group();
     Clock::time_point settled_ = Clock::now();
 };
 

@@ -69,6 +69,7 @@ void write_picture_png(png_structp png, png_infop info, PngWork& work) {
     const bool colour = image.planes() == 3;
     png_set_write_fn(png, &work.to, &put_to_file, [](png_structp) {});
     png_set_compression_buffer_size(png, std::size_t{1} << 16U);
+    png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
     png_set_compression_level(png, work.level);
     png_set_compression_strategy(png, work.strategy);
     png_set_IHDR(png, info, static_cast<png_uint_32>(image.width()), static_cast<png_uint_32>(work.rows),

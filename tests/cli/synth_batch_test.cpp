@@ -89,6 +89,14 @@ TEST_F(CliSynthBatch, CompressionIsOfAllTextures) {
         EXPECT_TRUE(std::ranges::equal(plain.values(), small.values())) << name;
     }
     expect_failure({"synth", "m.json", "-o", "t.png", "--compression", "10"}, 2, "--compression", here_);
+    expect_failure({"synth", "m.json", "-o", "t.jpg", "--compression", "5"}, 2, "PNG, TIFF and EXR", here_);
+}
+
+TEST_F(CliSynthBatch, NamesOfTheWholeBatchAreLookedAtFirst) {
+    fs::create_directories(folder_ / "t-2.png");
+    expect_failure({"synth", "m.json", "-o", "t.png", "--count", "3", "--size", "16x16"}, 1, "t-2.png",
+                   here_);
+    EXPECT_FALSE(fs::exists(folder_ / "t-0.png"));
 }
 
 }  // namespace

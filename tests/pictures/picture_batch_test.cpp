@@ -1,6 +1,7 @@
 #include "btfield/picture_batch.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <string>
@@ -88,6 +89,32 @@ TEST(PictureBatch, OneThatFailsCostsNoOther) {
     EXPECT_TRUE(fs::exists(folder / "last.png"));
     EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 3);
     EXPECT_NO_THROW(batch.finish());
+}
+
+TEST(PictureBatch, FewOpenFilesAreEnough) {
+    const TemporaryFolder folder;
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+    rlimit few = before;
+    few.rlim_cur = 64;
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+    {
+        PictureBatch batch;
+        for (unsigned i = 0; i < 80; ++i)
+            EXPECT_NO_THROW(batch.write(folder / (std::to_string(i) + ".png"), picture(i), as_bytes())) << i;
+        EXPECT_NO_THROW(batch.finish());
+    }
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 80);
+}
+
+TEST(PictureBatch, SidesThatFormatsHold) {
+    const TemporaryFolder folder;
+    const Image wide({1, 65501}, 1, ColourSpace::srgb), wider({1, 1000001}, 1, ColourSpace::srgb);
+    EXPECT_THROW(write_picture(folder / "a.jpg", wide, as_bytes()), InputError);
+    EXPECT_TRUE(folder.names().empty());
+    write_picture(folder / "a.png", wider, as_bytes());
+    EXPECT_TRUE(fs::exists(folder / "a.png"));
 }
 
 TEST(PictureBatch, CompressionChangesBytesAndNoPixel) {
