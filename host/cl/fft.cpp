@@ -144,12 +144,12 @@ class LaneFft : public Fft {
     }
     /// 5 n log2 n operations of a complex transform of n, half as many of a real one.
     [[nodiscard]] LaunchWork columns_work(int planes) const {
-        const double frequencies = static_cast<double>(size_.height / 2 + 1) * size_.width * planes;
+        const double frequencies = static_cast<double>(rows()) * size_.width * planes;
         return {.bytes = 4.0 * sizeof(float) * frequencies,
                 .operations = 5.0 * std::log2(static_cast<double>(size_.width)) * frequencies};
     }
     [[nodiscard]] LaunchWork rows_work(int planes) const {
-        const double frequencies = static_cast<double>(size_.height / 2 + 1) * size_.width * planes;
+        const double frequencies = static_cast<double>(rows()) * size_.width * planes;
         const double values = static_cast<double>(area(size_)) * planes;
         return {.bytes = sizeof(float) * (2.0 * frequencies + values),
                 .operations = 2.5 * std::log2(static_cast<double>(size_.height)) * values};
