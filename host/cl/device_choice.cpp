@@ -5,8 +5,10 @@
 #include <cctype>
 #include <csignal>
 #include <cstdlib>
+#include <map>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/base/limits.hpp"
@@ -158,6 +160,28 @@ DeviceInfo detail::info_of(const cl::Device& device) {
     return properties_of(device);
 }
 
+namespace {
+
+/// So many compute units of a device. Each such part is made once and never given back: a thread of PoCL's may
+/// look at a part when its last command is already waited for (seen as crashes of a loaded machine).
+cl::Device part_of(const cl::Device& device, int threads) {
+    static std::mutex mutex;
+    static auto& parts = *new std::map<std::pair<cl_device_id, int>, cl::Device>;
+    const std::lock_guard lock(mutex);
+    cl::Device& part = parts[{device(), threads}];
+    if (part() == nullptr) {
+        const cl_device_partition_property counts[] = {CL_DEVICE_PARTITION_BY_COUNTS, threads,
+                                                       CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+        cl::Device whole = device;
+        std::vector<cl::Device> made;
+        whole.createSubDevices(counts, &made);
+        part = made.at(0);
+    }
+    return part;
+}
+
+}  // namespace
+
 void detail::restrict_threads(DeviceCandidate& candidate, int threads) {
     const std::string asked = "compute with " + std::to_string(threads) + " threads";
     if (threads < 0)
@@ -165,12 +189,8 @@ void detail::restrict_threads(DeviceCandidate& candidate, int threads) {
     if (candidate.info.type != DeviceType::cpu) return;
     if (threads == 0) threads = threads_of_environment();
     if (threads == 0 || threads >= candidate.info.compute_units) return;
-    const cl_device_partition_property parts[] = {CL_DEVICE_PARTITION_BY_COUNTS, threads,
-                                                  CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
     try {
-        std::vector<cl::Device> devices;
-        candidate.device.createSubDevices(parts, &devices);
-        candidate.device = devices.at(0);
+        candidate.device = part_of(candidate.device, threads);
     } catch (const cl::Error& error) {
         throw DeviceError(
             "compute with " + std::to_string(threads) + " threads on device '" + candidate.info.name + "'",
