@@ -162,8 +162,8 @@ DeviceInfo detail::info_of(const cl::Device& device) {
 
 namespace {
 
-/// So many compute units of a device. Each such part is made once and never given back: a thread of PoCL's may
-/// look at a part when its last command is already waited for (seen as crashes of a loaded machine).
+/// So many compute units of a device. Each such part is made once and never given back: a thread of PoCL's
+/// may look at a part when its last command is already waited for (seen as crashes of a loaded machine).
 cl::Device part_of(const cl::Device& device, int threads) {
     static std::mutex mutex;
     static auto& parts = *new std::map<std::pair<cl_device_id, int>, cl::Device>;
