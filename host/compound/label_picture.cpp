@@ -159,7 +159,7 @@ ControlField read_labels(const std::filesystem::path& path, std::span<const Pale
     std::uintmax_t bytes = 0;
     const PictureFormat format = checked_format(path, asked, bytes);
     if (format == PictureFormat::png) {
-        auto picture = picture_codec(asked).decode_palette(path, bytes, asked);
+        auto picture = picture_codec(asked).decode_palette(path, asked);
         if (picture) return labels_by_index(*std::move(picture), static_cast<int>(palette.size()), asked);
     }
     const int top = format == PictureFormat::pnm ? pnm_maximum(path, asked) : 255;

@@ -214,9 +214,8 @@ std::string file_content(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked) {
-    // No codec packs this well (zlib: 1032, zstd runs: 32768), so the pixels cannot be there.
-    constexpr double best_packing = 65536.0;
+void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked,
+                   double best_packing) {
     if (!(row_bytes * size.height <= best_packing * static_cast<double>(file_bytes))) {
         throw InputError(asked,
                          "its header says " + compact_text_of(size) + " pixels, which " +

@@ -67,8 +67,10 @@ inline constexpr std::array<float, 8> xyz_chromaticities{1, 0, 0, 1, 0, 0, 1.0F 
 
 /// A damaged header must not claim all memory.
 /// \param row_bytes  of the decoded picture
+/// \param best_packing  bytes that one of the file can stand for; of any codec unless told (zstd runs: 32768)
 /// \throws InputError when no codec could have packed so many pixels into the file.
-void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked);
+void check_packing(Size size, double row_bytes, std::uintmax_t file_bytes, const std::string& asked,
+                   double best_packing = 65536.0);
 
 /// The whole picture when there is no crop.
 /// \throws InputError when the crop is empty or leaves the picture.

@@ -251,10 +251,22 @@ TEST(image_io_error, sizes_that_cannot_be) {
     put_bytes(folder / "a.png", png(900000, 900000));
     EXPECT_TRUE(says(read_failure(folder / "a.png"),
                      "its header says 900000x900000 pixels, which 65 bytes cannot hold"));
+    // Deflate makes at most 67080 bytes of 65.
+    put_bytes(folder / "a.png", png(366, 366));
+    EXPECT_TRUE(
+        says(read_failure(folder / "a.png"), "its header says 366x366 pixels, which 65 bytes cannot hold"));
+    put_bytes(folder / "a.png", png(149, 149));
+    EXPECT_FALSE(says(read_failure(folder / "a.png"), "cannot hold"));
     put_bytes(folder / "a.png", png(0x7fffffff, 0x7fffffff));
     EXPECT_TRUE(says(read_failure(folder / "a.png"), "its header says 2147483647x2147483647 pixels"));
     put_bytes(folder / "a.png", png(0, 5));
     EXPECT_TRUE(says(read_failure(folder / "a.png"), "its header says 0x5 pixels"));
+
+    // The decoder would take the memory first.
+    put_bytes(folder / "a.exr",
+              "\x76\x2f\x31\x01\2\0\0\0owner\0string\0\1\0\0\0xmore\0string\0\xff\xff\xff\x7f??"s);
+    EXPECT_TRUE(says(read_failure(folder / "a.exr"),
+                     "its header's 'more' claims 2147483647 bytes, where 2 are left"));
 
     put_bytes(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n");
     EXPECT_TRUE(says(read_failure(folder / "a.hdr"), "cannot hold"));

@@ -99,8 +99,7 @@ void write_png(png_structp png, png_infop info, Target& target) {
 
 }  // namespace
 
-std::optional<PaletteImage> decode_palette_png(const std::filesystem::path& path, std::uintmax_t file_bytes,
-                                               const std::string& asked) {
+std::optional<PaletteImage> decode_palette_png(const std::filesystem::path& path, const std::string& asked) {
     const std::string frame = checked_png(path, asked);
     constexpr std::size_t depth_at = 24;
     constexpr std::size_t colour_at = 25;
@@ -117,7 +116,6 @@ std::optional<PaletteImage> decode_palette_png(const std::filesystem::path& path
     PaletteImage image;
     image.size = {static_cast<int>(png_get_image_height(png.state(), png.info())),
                   static_cast<int>(png_get_image_width(png.state(), png.info()))};
-    check_packing(image.size, image.size.width * frame[depth_at] / 8.0, file_bytes, asked);
     try {
         image.values.resize(area(image.size));
     } catch (const std::bad_alloc&) {

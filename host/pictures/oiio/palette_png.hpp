@@ -24,10 +24,8 @@ struct PaletteImage {
 };
 
 /// Empty when the file, known to be PNG, has neither a palette nor grey of up to 8 bits without alpha.
-/// \param file_bytes  size of the file, against headers that claim more than it can hold
 /// \throws InputError when it is damaged
 [[nodiscard]] std::optional<PaletteImage> decode_palette_png(const std::filesystem::path& path,
-                                                             std::uintmax_t file_bytes,
                                                              const std::string& asked);
 
 /// A PNG of 8 bits; the same pixels make the same bytes.

@@ -23,6 +23,7 @@
 #include "host/pictures/container_chunks.hpp"
 #include "host/pictures/exif.hpp"
 #include "host/pictures/oiio/colour_profile.hpp"
+#include "host/pictures/oiio/exr_header.hpp"
 #include "host/pictures/oiio/jpeg_decode.hpp"
 #include "host/pictures/oiio/oiio_handle.hpp"
 #include "host/pictures/oiio/png_colours.hpp"
@@ -422,6 +423,7 @@ Picture decode_picture(const std::filesystem::path& path, PictureFormat format, 
     OpenFile file;
     PngChunks chunks;
     if (format == PictureFormat::png) file.frame = checked_png(path, asked, &chunks);
+    if (format == PictureFormat::exr) check_exr_header(path, file_bytes, asked);
     open_file(file, path, format, options.part, asked);
     check_header(file.spec, file_bytes, asked);
     Picture picture =

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 #include <utility>
@@ -38,7 +39,7 @@ std::uint32_t word(std::string_view bytes, std::size_t at) {
     return value;
 }
 
-void check_header(std::string_view content, const std::string& asked) {
+void check_header(std::string_view content, std::size_t file_bytes, const std::string& asked) {
     const auto fail = [&](const std::string& found) { throw InputError(asked, found, use_a_complete_file); };
     if (content.size() != 13) fail("its header has a wrong length");
     const std::uint32_t width = word(content, 0);
@@ -55,6 +56,11 @@ void check_header(std::string_view content, const std::string& asked) {
     if (!known || content[10] != 0 || content[11] != 0 || content[12] < 0 || content[12] > 1) {
         fail("its header names a kind of pixels that PNG does not have");
     }
+    constexpr std::array<int, 7> samples{1, 0, 3, 1, 2, 0, 4};  // of each kind of colour
+    constexpr double deflate = 1032.0;                          // 258 equal bytes in two bits
+    const double row_bytes = std::ceil(width * (samples[static_cast<std::size_t>(colour)] * depth / 8.0));
+    check_packing({static_cast<int>(height), static_cast<int>(width)}, row_bytes,
+                  static_cast<std::uintmax_t>(file_bytes), asked, deflate);
 }
 
 /// Chunks that decide about pixel values, and texts. What others say of colours is understood here: the
@@ -109,7 +115,7 @@ std::string checked_png(const std::filesystem::path& path, const std::string& as
         if ((name == "IHDR") != (at == signature)) {
             throw InputError(asked, "its header is not at its beginning", use_a_complete_file);
         }
-        if (name == "IHDR") check_header(content, asked);
+        if (name == "IHDR") check_header(content, bytes.size(), asked);
         if (chunks != nullptr) keep(*chunks, name, content);
         if (matters(name)) kept.append(all.substr(at, head + length + sum));
         if (name == "IEND") return kept;
