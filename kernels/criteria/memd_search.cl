@@ -97,24 +97,6 @@ inline REALN distance_to_block(const REALN* colour, COLOURS block) {
                   lesser(distance_to_four(colour, block + 8), distance_to_four(colour, block + 12)));
 }
 
-// Whether a lane of the mask is set. The library's any() looks at one lane after the other.
-inline int any_lane(INTN mask) {
-#if VW == 16
-    const int8 m8 = mask.lo | mask.hi;
-    const int4 m4 = m8.lo | m8.hi;
-#elif VW == 8
-    const int4 m4 = mask.lo | mask.hi;
-#elif VW == 4
-    const int4 m4 = mask;
-#endif
-#if VW == 1
-    return mask;
-#else
-    const int2 m2 = m4.lo | m4.hi;
-    return m2.x | m2.y;
-#endif
-}
-
 inline UINTN choose_uint(INTN mask, UINTN a, UINTN b) { return (a & AS_UINTN(mask)) | (b & AS_UINTN(~mask)); }
 
 // For pixel begin + n of `colours` ([pixel][plane]): the K nearest of the colours in `points` ([block][plane][16 lanes], +∞
