@@ -1,10 +1,10 @@
 #include "host/base/lane_inverse.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <complex>
+#include <vector>
 
-#include "host/base/eigen.hpp"
 #include "host/base/wide.hpp"
 
 namespace btfield::detail {
@@ -109,34 +109,104 @@ void invert_by_adjugate(size_t d, size_t lanes, const double* matrix, double* in
     for (size_t e = 0; e < d * d; ++e) divide_lanes(determinant, inverse + 2 * e * lanes, lanes);
 }
 
-void invert_by_elimination(int d, size_t lanes, const double* matrix, double* inverse, double* determinant) {
-    Eigen::MatrixXcd one(d, d);
-    for (size_t n = 0; n < lanes; ++n) {
-        for (int e = 0; e < d * d; ++e) {
-            const size_t place = 2 * static_cast<size_t>(e) * lanes + n;
-            one(e / d, e % d) = {matrix[place], matrix[place + lanes]};
+/// Lanes that are worked on together: the matrices of a block stay in the nearest cache.
+constexpr size_t block = 16;
+
+/// Rows p and k change places, `count` complex entries of each, where row p has the larger pivot.
+BTFIELD_WIDE void exchange_rows(const double* __restrict larger, double* __restrict k, double* __restrict p,
+                                size_t count) {
+    for (size_t e = 0; e < 2 * count; ++e, k += block, p += block)
+        for (size_t n = 0; n < block; ++n) {
+            const double x = k[n], y = p[n];
+            k[n] = larger[n] > 0.0 ? y : x;
+            p[n] = larger[n] > 0.0 ? x : y;
         }
-        const Eigen::PartialPivLU<Eigen::MatrixXcd> lu(one);
-        const std::complex<double> det = lu.determinant();
-        determinant[n] = det.real();
-        determinant[lanes + n] = det.imag();
-        one = lu.inverse();
-        for (int e = 0; e < d * d; ++e) {
-            const size_t place = 2 * static_cast<size_t>(e) * lanes + n;
-            inverse[place] = one(e / d, e % d).real();
-            inverse[place + lanes] = one(e / d, e % d).imag();
+}
+
+/// larger = |p|² − |k|²; a determinant changes its sign with every exchange.
+BTFIELD_WIDE void compare_pivots(const double* __restrict k, const double* __restrict p,
+                                 double* __restrict larger, double* __restrict determinant) {
+    for (size_t n = 0; n < block; ++n) {
+        larger[n] = p[n] * p[n] + p[block + n] * p[block + n] - (k[n] * k[n] + k[block + n] * k[block + n]);
+        const double sign = larger[n] > 0.0 ? -1.0 : 1.0;
+        determinant[n] *= sign;
+        determinant[block + n] *= sign;
+    }
+}
+
+/// row −= factor · pivot row
+BTFIELD_WIDE void clear_row(const double* __restrict factor, const double* __restrict pivot_row,
+                            double* __restrict row, size_t count) {
+    for (size_t e = 0; e < count; ++e, pivot_row += 2 * block, row += 2 * block)
+        for (size_t n = 0; n < block; ++n) {
+            const double re = factor[n], im = factor[block + n];
+            const double x = pivot_row[n], y = pivot_row[block + n];
+            row[n] -= re * x - im * y;
+            row[block + n] -= re * y + im * x;
         }
+}
+
+/// Gauss and Jordan's elimination with the largest of each column as its pivot, lane by lane.
+/// \param a  a block of matrices, used up
+void eliminate(size_t d, double* a, double* inverse, double* determinant) {
+    constexpr size_t entry = 2 * block;
+    const auto at = [&](double* m, size_t i, size_t j) { return m + (i * d + j) * entry; };
+    std::fill_n(inverse, d * d * entry, 0.0);
+    for (size_t i = 0; i < d; ++i) std::fill_n(at(inverse, i, i), block, 1.0);
+    std::fill_n(determinant, block, 1.0);
+    std::fill_n(determinant + block, block, 0.0);
+    std::array<double, block> larger{};
+    std::array<double, entry> factor{};
+    for (size_t k = 0; k < d; ++k) {
+        double* const pivot = at(a, k, k);
+        for (size_t p = k + 1; p < d; ++p) {
+            compare_pivots(pivot, at(a, p, k), larger.data(), determinant);
+            exchange_rows(larger.data(), pivot, at(a, p, k), d - k);
+            exchange_rows(larger.data(), at(inverse, k, 0), at(inverse, p, 0), d);
+        }
+        std::array<double, entry> product{};
+        set_lane_product(determinant, pivot, product.data(), block);
+        std::copy(product.begin(), product.end(), determinant);
+        for (size_t j = k + 1; j < d; ++j) divide_lanes(pivot, at(a, k, j), block);
+        for (size_t j = 0; j < d; ++j) divide_lanes(pivot, at(inverse, k, j), block);
+        for (size_t p = 0; p < d; ++p) {
+            if (p == k) continue;
+            std::copy_n(at(a, p, k), entry, factor.data());
+            clear_row(factor.data(), at(a, k, k) + entry, at(a, p, k) + entry, d - k - 1);
+            clear_row(factor.data(), at(inverse, k, 0), at(inverse, p, 0), d);
+        }
+    }
+}
+
+/// What lanes of the last block are not there for is inverted as 1.
+void invert_by_elimination(size_t d, size_t lanes, const double* matrix, double* inverse,
+                           double* determinant) {
+    const size_t entries = d * d;
+    std::vector<double> a(entries * 2 * block), b(entries * 2 * block);
+    std::array<double, 2 * block> det{};
+    for (size_t first = 0; first < lanes; first += block) {
+        const size_t count = std::min(block, lanes - first);
+        for (size_t e = 0; e < 2 * entries; ++e) {
+            const bool one = e % 2 == 0 && e / 2 % (d + 1) == 0;
+            std::copy_n(matrix + e * lanes + first, count, a.data() + e * block);
+            std::fill_n(a.data() + e * block + count, block - count, one ? 1.0 : 0.0);
+        }
+        eliminate(d, a.data(), b.data(), det.data());
+        for (size_t e = 0; e < 2 * entries; ++e)
+            std::copy_n(b.data() + e * block, count, inverse + e * lanes + first);
+        for (size_t part = 0; part < 2; ++part)
+            std::copy_n(det.data() + part * block, count, determinant + part * lanes + first);
     }
 }
 
 }  // namespace
 
 void invert_lanes(int planes, size_t lanes, const double* matrix, double* inverse, double* determinant) {
-    if (planes <= 3) {
-        invert_by_adjugate(static_cast<size_t>(planes), lanes, matrix, inverse, determinant);
-    } else {
-        invert_by_elimination(planes, lanes, matrix, inverse, determinant);
-    }
+    const auto d = static_cast<size_t>(planes);
+    if (d <= 3)
+        invert_by_adjugate(d, lanes, matrix, inverse, determinant);
+    else
+        invert_by_elimination(d, lanes, matrix, inverse, determinant);
 }
 
 double sum_of_logarithms(const double* values, size_t count) {

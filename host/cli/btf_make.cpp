@@ -90,9 +90,11 @@ struct Maps {
 
 Maps read_maps(const MakeArguments& options) {
     Maps maps;
-    for (size_t i = 0; i < options.maps.size(); ++i) {
-        const fs::path file = options.maps[i];
-        const MapRole role = options.roles.empty() ? role_of_name(file) : options.roles[i];
+    const std::vector<fs::path> files(options.maps.begin(), options.maps.end());
+    const std::vector<MapRole> roles = options.roles.empty() ? roles_of_names(files) : options.roles;
+    for (size_t i = 0; i < files.size(); ++i) {
+        const fs::path& file = files[i];
+        const MapRole role = roles[i];
         std::optional<Picture>* to = role == MapRole::colour      ? &maps.colour
                                      : role == MapRole::normal    ? &maps.normal
                                      : role == MapRole::height    ? &maps.height

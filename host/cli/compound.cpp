@@ -144,16 +144,15 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
         bar.show(done + share - left, job.picture.filename().string() + ": " + std::string(stage));
     };
     job.model = fit_compound(device, input.picture.image, compound);
-    if (!options.json && is_valid(job.model))
-        job.verdict = verdict_text(
-            verdict_on(input.picture.image,
-                       [&](Size size) { return CompoundSynthesiser(device, job.model, size).synthesise(0); }),
-            job.model);
     input.provenance.reasons = std::move(job.model.provenance.reasons);
     job.model.provenance = std::move(input.provenance);
-    if (options.maps.joint && is_valid(job.model))
-        match_relief(device, job.model.provenance.maps, input.picture.image,
-                     CompoundSynthesiser(device, job.model, input.picture.image.size()).synthesise(0));
+    std::vector<MaterialMap>& maps = job.model.provenance.maps;
+    const auto grown = [&](Size size) { return CompoundSynthesiser(device, job.model, size).synthesise(0); };
+    const bool valid = is_valid(job.model);
+    if (options.maps.joint && valid)
+        match_relief(device, maps, input.picture.image, grown(input.picture.image.size()));
+    if (!options.json && valid)
+        job.verdict = verdict_text(verdict_on(device, input.picture.image, maps, grown), job.model);
     job.total = reading.seconds();
 }
 

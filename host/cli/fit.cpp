@@ -155,20 +155,19 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     for (std::size_t k = 0; k < jobs.size(); ++k) {
         jobs[k].model = std::move(models[k]);
         std::vector<std::string> reasons = std::move(jobs[k].model.provenance.reasons);
+        jobs[k].model.provenance = input.provenance;
+        std::vector<MaterialMap>& maps = jobs[k].model.provenance.maps;
+        const auto grown = [&](Size size) { return Synthesiser(device, jobs[k].model, size).synthesise(0); };
         // Nothing of a model that cannot be grown, and no sentences about ten models of a picture.
-        const bool told = !options.json && options.all.empty();
-        if ((options.fit.choose_model || told) && is_valid(jobs[k].model)) {
-            const FitVerdict verdict = verdict_on(picture.image, [&](Size size) {
-                return Synthesiser(device, jobs[k].model, size).synthesise(0);
-            });
+        const bool valid = is_valid(jobs[k].model), told = !options.json && options.all.empty();
+        if (options.maps.joint && valid)
+            match_relief(device, maps, picture.image, grown(picture.image.size()));
+        if ((options.fit.choose_model || told) && valid) {
+            const FitVerdict verdict = verdict_on(device, picture.image, maps, grown);
             const std::string structure = structure_reason(verdict);
             if (options.fit.choose_model && !structure.empty()) reasons.push_back(structure);
             if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, options.fit);
         }
-        jobs[k].model.provenance = input.provenance;
-        if (options.maps.joint && is_valid(jobs[k].model))
-            match_relief(device, jobs[k].model.provenance.maps, picture.image,
-                         Synthesiser(device, jobs[k].model, picture.image.size()).synthesise(0));
         jobs[k].model.provenance.reasons = reasons;
     }
 }

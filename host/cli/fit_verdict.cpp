@@ -30,6 +30,17 @@ std::string proposals(const FitOptions& options) {
            "time";
 }
 
+/// All planes of the maps side by side.
+Image seen(const std::vector<Image>& maps) {
+    int planes = 0;
+    for (const Image& map : maps) planes += map.planes();
+    Image all(maps.front().size(), planes);
+    int plane = 0;
+    for (const Image& map : maps)
+        for (int p = 0; p < map.planes(); ++p) std::ranges::copy(map.plane(p), all.plane(plane++).begin());
+    return all;
+}
+
 /// Levels that textures get nothing of.
 std::string silent_levels(const TextureModel& model) {
     std::string numbers;
@@ -46,11 +57,17 @@ std::string silent_levels(const TextureModel& model) {
 
 }  // namespace
 
-FitVerdict verdict_on(const Image& picture, const std::function<Image(Size)>& grow) {
+FitVerdict verdict_on(Device& device, const Image& picture, std::span<const MaterialMap> maps,
+                      const std::function<Image(Size)>& grow) {
     const Size size{std::min(picture.height(), largest_judged), std::min(picture.width(), largest_judged)};
-    const Image part =
-        picture.crop((picture.height() - size.height) / 2, (picture.width() - size.width) / 2, size);
-    const Image texture = grow(size);
+    Image part = picture.crop((picture.height() - size.height) / 2, (picture.width() - size.width) / 2, size);
+    Image texture = grow(size);
+    if (!maps.empty()) {
+        texture = seen(split_maps(device, maps, texture, SurfaceEdges::periodic));
+        std::vector<MaterialMap> measured(maps.begin(), maps.end());
+        for (MaterialMap& map : measured) map.gains.clear();
+        part = seen(split_maps(device, measured, part, SurfaceEdges::mirror));
+    }
     return {compare(part, texture).lag_covariance_error, structure_distance(part, texture)};
 }
 

@@ -4,11 +4,14 @@
 /// What a model keeps of its picture, for people.
 
 #include <functional>
+#include <span>
 #include <string>
 
 #include "btfield/compound.hpp"
+#include "btfield/device.hpp"
 #include "btfield/fit.hpp"
 #include "btfield/image.hpp"
+#include "btfield/material.hpp"
 #include "btfield/models.hpp"
 
 namespace btfield::cli {
@@ -23,8 +26,10 @@ struct FitVerdict {
     static constexpr double noticeable_structure = 0.07;
 };
 
+/// \param maps  of a material, whose height is judged with its gains and by its normals; empty: of a picture
 /// \param grow  makes a texture of the model, which is valid
-[[nodiscard]] FitVerdict verdict_on(const Image& picture, const std::function<Image(Size)>& grow);
+[[nodiscard]] FitVerdict verdict_on(Device& device, const Image& picture, std::span<const MaterialMap> maps,
+                                    const std::function<Image(Size)>& grow);
 
 /// One paragraph: what was kept, what is lost, what would keep more and what that costs.
 /// \param options that the model was fitted with: nothing of them is proposed again

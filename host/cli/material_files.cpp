@@ -67,12 +67,10 @@ void check_joint(const JointArguments& arguments, std::size_t pictures) {
 }
 
 bool are_maps(const std::vector<fs::path>& pictures) {
-    std::set<MapRole> roles;
+    const std::vector<MapRole> each = roles_of_names(pictures);
+    std::set<MapRole> roles(each.begin(), each.end());
     std::set<fs::path> folders;
-    for (const fs::path& picture : pictures) {
-        roles.insert(role_of_name(picture));
-        folders.insert(picture.parent_path());
-    }
+    for (const fs::path& picture : pictures) folders.insert(picture.parent_path());
     const bool relief = roles.contains(MapRole::normal) || roles.contains(MapRole::height);
     roles.erase(MapRole::other);
     return relief && roles.size() > 1 && folders.size() == 1;
@@ -105,10 +103,13 @@ void refuse_folders(const std::vector<std::string>& pictures) {
 JointPicture read_joint(Device& device, const std::vector<std::string>& files,
                         const JointArguments& arguments, const ReadOptions& options) {
     std::vector<MapPicture> maps;
+    const std::vector<MapRole> roles = arguments.roles.empty()
+                                           ? roles_of_names(std::vector<fs::path>(files.begin(), files.end()))
+                                           : arguments.roles;
     for (std::size_t i = 0; i < files.size(); ++i) {
         MapPicture& map = maps.emplace_back();
         map.name = fs::path(files[i]).filename().string();
-        map.role = arguments.roles.empty() ? role_of_name(map.name) : arguments.roles[i];
+        map.role = roles[i];
         map.directx =
             arguments.normals ? *arguments.normals == NormalConvention::directx : says_directx(map.name);
         ReadOptions reading = options;

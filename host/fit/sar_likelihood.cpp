@@ -337,10 +337,13 @@ class Fit {
     /// Descends from a valid model to a valid one, with the guard at work to the end: an end point where that
     /// has a minimum, and otherwise where the next step would leave the valid models.
     SarCandidate keep_valid(const VectorXd& x, int side, SarObjective::Guard guard) {
+        // Each step is examined, which takes most of the time; later ones creep along the border of what is
+        // valid, ever nearer to a zero of det Λ, and textures do not get better for it.
+        constexpr int most_valid_steps = 30;
         whole_.set_guard(guard);
         whole_.set_grid(side);
-        Descent end = descend(whole_, x, last_tolerance, options_.most_steps, Pace::cautious,
-                              [&](const VectorXd& at) { return is_valid(at); });
+        Descent end = descend(whole_, x, last_tolerance, std::min(options_.most_steps, most_valid_steps),
+                              Pace::cautious, [&](const VectorXd& at) { return is_valid(at); });
         steps_ += end.steps;
         return examined(std::move(end));
     }

@@ -33,7 +33,7 @@ struct RoleWord {
     std::string_view word;
     MapRole role;
 };
-constexpr std::array<RoleWord, 38> role_words{{{"albedo", MapRole::colour},
+constexpr std::array<RoleWord, 43> role_words{{{"albedo", MapRole::colour},
                                                {"basecolor", MapRole::colour},
                                                {"basecolour", MapRole::colour},
                                                {"color", MapRole::colour},
@@ -41,6 +41,7 @@ constexpr std::array<RoleWord, 38> role_words{{{"albedo", MapRole::colour},
                                                {"col", MapRole::colour},
                                                {"diffuse", MapRole::colour},
                                                {"diff", MapRole::colour},
+                                               {"dif", MapRole::colour},
                                                {"normal", MapRole::normal},
                                                {"normals", MapRole::normal},
                                                {"normalgl", MapRole::normal},
@@ -48,6 +49,9 @@ constexpr std::array<RoleWord, 38> role_words{{{"albedo", MapRole::colour},
                                                {"nor", MapRole::normal},
                                                {"norm", MapRole::normal},
                                                {"nrm", MapRole::normal},
+                                               {"nm", MapRole::normal},
+                                               {"nmap", MapRole::normal},
+                                               {"normalmap", MapRole::normal},
                                                {"height", MapRole::height},
                                                {"heightmap", MapRole::height},
                                                {"displacement", MapRole::height},
@@ -67,6 +71,7 @@ constexpr std::array<RoleWord, 38> role_words{{{"albedo", MapRole::colour},
                                                {"mask", MapRole::opacity},
                                                {"gloss", MapRole::other},
                                                {"glossiness", MapRole::other},
+                                               {"glossy", MapRole::other},
                                                {"specular", MapRole::other},
                                                {"spec", MapRole::other},
                                                {"emission", MapRole::other},
@@ -99,6 +104,15 @@ std::vector<std::string> words_of(const std::filesystem::path& file) {
     }
     end_word();
     return words;
+}
+
+std::optional<MapRole> said_role(const std::filesystem::path& file) {
+    std::vector<std::string> words = words_of(file);
+    std::reverse(words.begin(), words.end());
+    for (const std::string& word : words)
+        for (const auto& [known, role] : role_words)
+            if (word == known) return role;
+    return {};
 }
 
 [[noreturn]] void refuse_map(const MapPicture& map, const std::string& found, const std::string& remedy) {
@@ -198,7 +212,7 @@ constexpr int pyramid_factor = 2;
 /// Gains are 1 at most: what a model errs by adds to the short waves, and the long ones' number is up to
 /// chance. Levels with fewer pixels a side say too little, and hold what the model keeps anyway.
 constexpr int least_side = 24;
-constexpr int most_gains = 4;
+constexpr int most_gains = 6;
 
 int levels_with_gains(Size size) {
     int levels = 0;
@@ -292,12 +306,24 @@ void add_planes(Planes& planes, MaterialMap& map, const Image& image) {
 }  // namespace
 
 MapRole role_of_name(const std::filesystem::path& file) {
-    std::vector<std::string> words = words_of(file);
-    std::reverse(words.begin(), words.end());
-    for (const std::string& word : words)
-        for (const auto& [known, role] : role_words)
-            if (word == known) return role;
-    return MapRole::other;
+    return said_role(file).value_or(MapRole::other);
+}
+
+std::vector<MapRole> roles_of_names(std::span<const std::filesystem::path> files) {
+    std::vector<MapRole> roles;
+    MapRole* silent = nullptr;
+    size_t silent_ones = 0;
+    roles.reserve(files.size());
+    for (const std::filesystem::path& file : files) {
+        const std::optional<MapRole> said = said_role(file);
+        roles.push_back(said.value_or(MapRole::other));
+        if (said) continue;
+        silent = &roles.back();
+        ++silent_ones;
+    }
+    if (silent_ones == 1 && std::ranges::find(roles, MapRole::colour) == roles.end())
+        *silent = MapRole::colour;
+    return roles;
 }
 
 bool says_directx(const std::filesystem::path& file) {

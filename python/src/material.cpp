@@ -17,10 +17,10 @@
 namespace btfield::python {
 namespace {
 
-MapPicture map_of(const std::string& name, const PictureObject& picture, const std::string& role) {
+MapPicture map_of(const std::string& name, const PictureObject& picture, MapRole role) {
     MapPicture map;
     map.name = name;
-    map.role = role == "auto" ? role_of_name(name) : map_role(role);
+    map.role = role;
     const bool colours = map.role == MapRole::colour || map.role == MapRole::other;
     ArrayPicture read = read_array(picture, "join maps: '" + name + "'", colours ? "auto" : "unspecified");
     map.picture.image = std::move(read.image);
@@ -58,10 +58,14 @@ void add_material(nb::module_& module) {
         "join_maps",
         [](PyDevice& device, const std::vector<std::pair<std::string, PictureObject>>& maps,
            const std::vector<std::string>& roles, const std::string& edges) {
+            std::vector<std::filesystem::path> names;
+            for (const auto& map : maps) names.emplace_back(map.first);
+            std::vector<MapRole> all = roles_of_names(names);
             std::vector<MapPicture> pictures;
-            for (std::size_t i = 0; i < maps.size(); ++i)
-                pictures.push_back(
-                    map_of(maps[i].first, maps[i].second, i < roles.size() ? roles[i] : "auto"));
+            for (std::size_t i = 0; i < maps.size(); ++i) {
+                if (i < roles.size() && roles[i] != "auto") all[i] = map_role(roles[i]);
+                pictures.push_back(map_of(maps[i].first, maps[i].second, all[i]));
+            }
             const auto borders = detail::value_of<SurfaceEdges>(edges);
             return unlocked([&] { return join_maps(*device, pictures, borders); });
         },

@@ -73,13 +73,28 @@ std::vector<MapPicture> maps_of(const Image& height, bool with_height = true, bo
 
 TEST(Material, RolesByName) {
     const std::vector<std::pair<const char*, MapRole>> names{
-        {"bark-albedo.jpg", MapRole::colour},          {"Rock035_2K-PNG_NormalGL.png", MapRole::normal},
-        {"Rock035_2K-PNG_Color.png", MapRole::colour}, {"Rock035_Displacement.png", MapRole::height},
-        {"wall_nor_dx_4k.exr", MapRole::normal},       {"wall_disp_4k.png", MapRole::height},
-        {"wall_diff_4k.png", MapRole::colour},         {"wall_rough_4k.exr", MapRole::roughness},
-        {"T_Metal_BaseColor.tga", MapRole::colour},    {"T_Wall_AmbientOcclusion.tga", MapRole::occlusion},
-        {"metal_plate_ao_1k.png", MapRole::occlusion}, {"cork.png", MapRole::other}};
+        {"bark-albedo.jpg", MapRole::colour},
+        {"Rock035_2K-PNG_NormalGL.png", MapRole::normal},
+        {"Rock035_2K-PNG_Color.png", MapRole::colour},
+        {"Rock035_Displacement.png", MapRole::height},
+        {"wall_nor_dx_4k.exr", MapRole::normal},
+        {"wall_disp_4k.png", MapRole::height},
+        {"wall_diff_4k.png", MapRole::colour},
+        {"wall_rough_4k.exr", MapRole::roughness},
+        {"T_Metal_BaseColor.tga", MapRole::colour},
+        {"T_Wall_AmbientOcclusion.tga", MapRole::occlusion},
+        {"metal_plate_ao_1k.png", MapRole::occlusion},
+        {"grass2_nm.jpg", MapRole::normal},
+        {"cork.png", MapRole::other}};
     for (const auto& [name, role] : names) EXPECT_EQ(role_of_name(name), role) << name;
+    using Files = std::vector<std::filesystem::path>;
+    using Roles = std::vector<MapRole>;
+    EXPECT_EQ(roles_of_names(Files{"rock_normal.png", "rock.png", "rock_gloss.png"}),
+              (Roles{MapRole::normal, MapRole::colour, MapRole::other}));
+    EXPECT_EQ(roles_of_names(Files{"rock.png", "moss.png", "rock_normal.png"}),
+              (Roles{MapRole::other, MapRole::other, MapRole::normal}));
+    EXPECT_EQ(roles_of_names(Files{"rock.png", "rock_diffuse.png"}),
+              (Roles{MapRole::other, MapRole::colour}));
     EXPECT_TRUE(says_directx("wall_nor_dx_4k.exr"));
     EXPECT_TRUE(says_directx("Rock035_NormalDX.png"));
     EXPECT_FALSE(says_directx("Rock035_NormalGL.png"));
