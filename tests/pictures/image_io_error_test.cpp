@@ -267,6 +267,13 @@ TEST(image_io_error, sizes_that_cannot_be) {
               "\x76\x2f\x31\x01\2\0\0\0owner\0string\0\1\0\0\0xmore\0string\0\xff\xff\xff\x7f??"s);
     EXPECT_TRUE(says(read_failure(folder / "a.exr"),
                      "its header's 'more' claims 2147483647 bytes, where 2 are left"));
+    // Behind the header there are offsets and pixels, which may look like anything.
+    const std::string pixels = "\0x\0y\0\xff\xff\xff\x7f"s;
+    put_bytes(folder / "a.exr", "\x76\x2f\x31\x01\2\0\0\0owner\0string\0\1\0\0\0x"s + pixels);
+    EXPECT_FALSE(says(read_failure(folder / "a.exr"), "claims"));
+    put_bytes(folder / "a.exr", "\x76\x2f\x31\x01\2\x10\0\0owner\0string\0\1\0\0\0x"s + pixels);
+    EXPECT_TRUE(
+        says(read_failure(folder / "a.exr"), "its header's 'x' claims 2147483647 bytes, where 0 are left"));
 
     put_bytes(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n");
     EXPECT_TRUE(says(read_failure(folder / "a.hdr"), "cannot hold"));

@@ -35,13 +35,16 @@ std::optional<std::uint32_t> read_word(std::istream& file) {
 
 void check_exr_header(const std::filesystem::path& path, std::uintmax_t file_bytes,
                       const std::string& asked) {
-    constexpr std::streamoff first_attribute = 8;  // after the mark and the version
+    constexpr std::streamoff version = 4;  // after the mark
+    constexpr std::uint32_t several_parts = 0x1000;
     std::ifstream file(path, std::ios::binary);
-    file.seekg(first_attribute);
+    file.seekg(version);
+    const std::optional<std::uint32_t> flags = read_word(file);
+    const bool single = !flags || (*flags & several_parts) == 0;
     // An empty name ends a header; in a file of several parts, two in a row end the last.
     for (bool ended = false; file;) {
         const std::optional<std::string> name = read_name(file);
-        if (!name || (name->empty() && ended)) return;
+        if (!name || (name->empty() && (ended || single))) return;
         ended = name->empty();
         if (ended) continue;
         const std::optional<std::string> type = read_name(file);
