@@ -13,6 +13,7 @@
 #include "btfield/pyramid.hpp"
 #include "host/base/text.hpp"
 #include "host/model/model_check.hpp"
+#include "host/relief/half_laplacian.hpp"
 
 namespace btfield {
 
@@ -268,9 +269,13 @@ void check_planes(std::span<const MaterialMap> maps, const Image& image) {
 }
 
 /// Heights in pixels.
-bool is_relief(const MaterialMap& map) {
-    const bool role = map.role == MapRole::normal || map.role == MapRole::height;
-    return role && map.planes == 1 && map.scale > 0.0;
+bool is_height(const MaterialMap& map) {
+    return map.role == MapRole::height && map.planes == 1 && map.scale > 0.0;
+}
+
+/// Normals without a height map: (−Δ)^{1/2} of the height that they tell.
+bool is_steepness(const MaterialMap& map) {
+    return map.role == MapRole::normal && map.planes == 1;
 }
 
 Image one_plane(const Image& image, int plane) {
@@ -341,7 +346,9 @@ Material join_maps(Device& device, std::span<const MapPicture> maps, SurfaceEdge
     double scale = 0.0;
     if (normals != nullptr) {
         relief = height_of(device, *normals, height, edges);
-        if (deviation(relief) > 0.0)
+        if (height == nullptr)
+            relief = half_laplacian(device.impl(), relief, edges);
+        else if (deviation(relief) > 0.0)
             scale = room_for_heights * encoded_height_scale(relief);
         else
             scale = 1.0;
@@ -355,14 +362,14 @@ Material join_maps(Device& device, std::span<const MapPicture> maps, SurfaceEdge
         MaterialMap& kept = material.maps.emplace_back();
         kept.name = map.name;
         kept.role = map.role;
-        const bool is_relief = map.role == MapRole::normal || map.role == MapRole::height;
-        if (!is_relief) kept.space = space_of(map);
+        const bool told = map.role == MapRole::normal || map.role == MapRole::height;
+        if (!told) kept.space = space_of(map);
         kept.type = map.picture.type;
         kept.file_bytes = map.picture.file_bytes;
         kept.directx = map.directx && map.role == MapRole::normal;
         if (map.role == MapRole::normal && height != nullptr) continue;  // told by the height
-        if (is_relief) kept.scale = scale;
-        add_planes(planes, kept, is_relief ? relief : map.picture.image);
+        if (told) kept.scale = scale;
+        add_planes(planes, kept, told ? relief : map.picture.image);
     }
     material.image = Image(maps.front().picture.image.size(), static_cast<int>(planes.values.size()));
     for (size_t p = 0; p < planes.values.size(); ++p)
@@ -384,7 +391,7 @@ void match_relief(Device& device, std::vector<MaterialMap>& maps, const Image& m
     check_planes(maps, texture);
     int plane = 0;
     for (MaterialMap& map : maps) {
-        if (is_relief(map))
+        if (is_height(map))
             map.gains = gains_between(device, one_plane(material, plane), one_plane(texture, plane));
         plane += map.planes;
     }
@@ -399,10 +406,9 @@ std::vector<Image> split_maps(Device& device, std::span<const MaterialMap> maps,
     for (const MaterialMap& map : maps) {
         Image& own = result.emplace_back(image.size(), std::max(map.planes, 1), map.space);
         for (int p = 0; p < map.planes; ++p) std::ranges::copy(image.plane(first + p), own.plane(p).begin());
-        if (is_relief(map)) {
-            if (!map.gains.empty()) own = with_gains(device, own, map.gains);
-            normals = normals_of_slopes(slopes_of_height(own, edges));
-        }
+        if (is_steepness(map)) own = inverse_half_laplacian(device.impl(), own, edges);
+        if (is_height(map) && !map.gains.empty()) own = with_gains(device, own, map.gains);
+        if (is_height(map) || is_steepness(map)) normals = normals_of_slopes(slopes_of_height(own, edges));
         first += map.planes;
     }
     for (size_t m = 0; m < maps.size(); ++m)

@@ -141,13 +141,14 @@ enum class MapRole { colour, normal, height, roughness, metalness, occlusion, op
 struct MaterialMap {
     std::string name;  ///< file name of the picture, without folders
     MapRole role = MapRole::other;
-    /// Of the model's planes. 0: a normal map that the height tells; 1 of a normal map without one: height.
+    /// Of the model's planes. 0: a normal map that the height tells; 1 of a normal map without a height map:
+    /// (−Δ)^{1/2} of the height that it tells (theory 20.3).
     int planes = 0;
     ColourSpace space = ColourSpace::unspecified;
     PixelType type = PixelType::uint8;
     std::uint64_t file_bytes = 0;  ///< size of the picture's file; 0: not known
     /// Of heights in pixels, about 0: how far apart black and white of their files are. 0: heights as their
-    /// file has them, whose scale nothing tells.
+    /// file has them, whose scale nothing tells, and all other maps.
     double scale = 0.0;
     bool directx = false;  ///< of a normal map: its second colour points down
     /// Of heights in pixels: what levels of a texture's pyramid by factor 2 are multiplied with, finest

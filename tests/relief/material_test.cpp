@@ -13,6 +13,7 @@
 #include "btfield/model_file.hpp"
 #include "btfield/pyramid.hpp"
 #include "btfield/synthesis.hpp"
+#include "host/relief/half_laplacian.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/example_model.hpp"
 
@@ -111,12 +112,15 @@ TEST(Material, HeightAndScaleComeFromNormals) {
             EXPECT_EQ(material.maps[1].planes, with_height ? 0 : 1);
             EXPECT_EQ(material.image.names().front(), "rock_albedo.R");
             const auto found = material.image.plane(3);
-            const double shift = mean(found) - mean(height.values());
+            const Image wanted =
+                with_height ? height
+                            : half_laplacian(test::default_device().impl(), height, SurfaceEdges::periodic);
+            const double shift = mean(found) - mean(wanted.values());
             double most = 0.0;
             for (std::size_t i = 0; i < found.size(); ++i)
                 most = std::max(most, std::abs(static_cast<double>(found[i]) -
-                                               static_cast<double>(height.plane(0)[i]) - shift));
-            EXPECT_LT(most, 0.01 * encoded_height_scale(height)) << with_height << directx;
+                                               static_cast<double>(wanted.plane(0)[i]) - shift));
+            EXPECT_LT(most, 0.01 * encoded_height_scale(wanted)) << with_height << directx;
             // And back.
             const std::vector<Image> back =
                 split_maps(test::default_device(), material.maps, material.image, SurfaceEdges::periodic);
@@ -165,6 +169,32 @@ TEST(Material, TexturesKeepDeviationsSlopesAndTheirCompany) {
     EXPECT_NEAR(change, 1.0, 0.02);
     EXPECT_NEAR(slopes, 1.0, 0.1);
     EXPECT_NEAR(company, 0.0, 0.05);
+}
+
+TEST(Material, SlopesOfNormalsWithoutHeightAreKept) {
+    Device& device = test::default_device();
+    const Image height = hills({256, 256}, 6.0);
+    const Material material = join_maps(device, maps_of(height, false, false), SurfaceEdges::periodic);
+    TextureModel model = fit(device, material.image, FitOptions{});
+    model.provenance.maps = material.maps;
+    const auto deviations = [&](const Image& image) {
+        const Image normals = split_maps(device, material.maps, image, SurfaceEdges::periodic)[1];
+        return std::pair{deviation(normals.plane(0)), deviation(normals.plane(1))};
+    };
+    const auto [across, down] = deviations(material.image);
+    double x = 0.0, y = 0.0;
+    constexpr int seeds = 4;
+    for (int seed = 1; seed <= seeds; ++seed) {
+        const auto [a, b] = deviations(
+            Synthesiser(device, model, material.image.size()).synthesise(static_cast<std::uint64_t>(seed)));
+        x += a / across / seeds;
+        y += b / down / seeds;
+    }
+    EXPECT_NEAR(x, 1.0, 0.08);
+    EXPECT_NEAR(y, 1.0, 0.08);
+    // Heights of such maps would want gains, which are refused.
+    model.provenance.maps[1].gains = {0.5};
+    EXPECT_THROW(static_cast<void>(from_json(to_json(model))), InputError);
 }
 
 TEST(Material, GainsTakeOutWavesThatTheMaterialHasNot) {
