@@ -60,6 +60,14 @@ std::vector<double> composed_expand_kernel(int factor, int depth) {
     return composed;
 }
 
+std::vector<double> expansion_weights(int factor, int depth) {
+    const auto step = static_cast<size_t>(power(factor, depth));
+    const std::vector<double> r = autocorrelation(composed_expand_kernel(factor, depth));
+    std::vector<double> weights;
+    for (size_t u = 0; u < r.size(); u += step) weights.push_back(r[u] / static_cast<double>(step));
+    return weights;
+}
+
 Offset expansion_box(int factor, int depth, std::span<const Offset> lags) {
     const int step = power(factor, depth);
     const int reach = static_cast<int>(composed_expand_kernel(factor, depth).size()) - 1;

@@ -13,6 +13,10 @@ namespace btfield::detail {
 /// r. Odd length, centred. depth = 0 is {1}.
 [[nodiscard]] std::vector<double> composed_expand_kernel(int factor, int depth);
 
+/// R(N m) / N for m = 0, 1, …: with these, of both axes, covariances C_y(m) count in the variance of the
+/// expansion. Their sum over all m is 1.
+[[nodiscard]] std::vector<double> expansion_weights(int factor, int depth);
+
 /// Box of level lags that expanded_covariance reads for these full-resolution lags.
 [[nodiscard]] Offset expansion_box(int factor, int depth, std::span<const Offset> lags);
 

@@ -1,5 +1,7 @@
 #include "host/base/limits.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -61,6 +63,13 @@ std::uint64_t memory_of_environment() {
     throw InputError("use as much memory as $BTFIELD_MEMORY says",
                      "it is '" + std::string(text) + "', no number of bytes",
                      "give one, such as 500M or 4G, or unset it");
+}
+
+std::string address_space_text() {
+    ::rlimit limit{};
+    if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return {};
+    return "the process may have " + bytes_text(static_cast<double>(limit.rlim_cur)) +
+           " of addresses (ulimit -v)";
 }
 
 }  // namespace btfield::detail

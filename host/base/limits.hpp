@@ -24,4 +24,8 @@ namespace btfield::detail {
 /// \throws InputError when parse_bytes() knows nothing of it
 [[nodiscard]] std::uint64_t memory_of_environment();
 
+/// "the process may have 200.0 MB of addresses (ulimit -v)"; empty where that has no limit.
+[[nodiscard]] std::string address_space_text();
+inline constexpr const char* more_address_space = "raise the limit: ulimit -v unlimited";
+
 }  // namespace btfield::detail

@@ -124,6 +124,7 @@ BtfEncoder::BtfEncoder(const BtfDescription& set, const BtfWriteOptions& options
     const PixelType type = type_of(options);
     extension_ = extension_for(format_, type);
     storage_ = storage_for("picture" + extension_, set.planes, type, type, asked);
+    check_sides(storage_.format, set.size, asked);
     // XYZ stays what it is in files that can say so.
     white_ = set.space == ColourSpace::xyz && extension_ != ".exr" ? static_cast<float>(set.white) : 1.0F;
 }

@@ -57,7 +57,8 @@ std::string format_of(const fs::path& file, const NamedAngles& angles, int plane
     const std::string extension = small_letters(file.extension().string());
     if (extension == ".hdr") return "atrium";
     if (is_jpeg(file) && angles.numbered) return "ubo2003";
-    if (extension == ".exr" && planes > 3) return "spectral";
+    const bool view_first = !angles.light_first && !angles.spaced && !angles.numbered;
+    if (extension == ".exr" && (planes > 3 || view_first)) return "spectral";
     if ((extension == ".png" || extension == ".exr") && angles.light_first && !angles.spaced) return "utia";
     return "pictures";
 }

@@ -139,11 +139,20 @@ DeviceCandidate detail::choose_device(std::string_view asked) {
         origin = "--device";
     }
     const std::vector<DeviceCandidate> all = candidates();
-    if (all.empty())
+    if (all.empty()) {
+        const std::string limit = address_space_text();
+        const std::string cache =
+            "set POCL_CACHE_DIR to a folder that can be written (now '" + pocl_cache_folder().string() + "')";
+        if (!limit.empty())
+            throw DeviceError(
+                "open an OpenCL device", "no driver loads, and " + limit + ", which may be too few for one",
+                std::string(more_address_space) +
+                    "; else install a driver, for any CPU the package pocl-opencl-icd, or " + cache);
         throw DeviceError("open an OpenCL device", "there is none on this machine",
                           "install a driver, for any CPU the package pocl-opencl-icd; where it is installed, "
-                          "give it a cache: set POCL_CACHE_DIR to a folder that can be written (now '" +
-                              pocl_cache_folder().string() + "')");
+                          "give it a cache: " +
+                              cache);
+    }
     for (const DeviceCandidate& c : all)
         if (matches(c, spec)) return c;
     std::string names;

@@ -6,7 +6,9 @@ namespace btfield::cli {
 void add_btf(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("btf", "materials under any view and light");
     command->require_subcommand(1);
-    set_guide(*command, {.usual = {{"btfield btf info set/"}}});
+    set_guide(*command, {.usual = {{"btfield btf info set/"},
+                                   {"btfield btf fit set/ -o rock.btfm"},
+                                   {"btfield btf view rock.btfm -o rock.html"}}});
     add_btf_make(*command, action);
     add_btf_info(*command, action);
     add_btf_convert(*command, action);

@@ -44,7 +44,7 @@ Json parts_json(const BtfTextures& model, std::uintmax_t bytes) {
 
 std::string parts_text(const BtfTextures& model, std::uintmax_t bytes) {
     const BtfTexturesParts parts = parts_of(model, bytes);
-    return std::to_string(bytes) + " bytes: labels " + std::to_string(parts.labels) + ", means " +
+    return std::to_string(bytes) + ": labels " + std::to_string(parts.labels) + ", means " +
            std::to_string(parts.means) + ", contrasts " + std::to_string(parts.contrasts) + ", textures " +
            std::to_string(parts.textures) + ", rest " + std::to_string(parts.rest);
 }
@@ -129,7 +129,7 @@ std::string textures_fit_text(const TexturesFitArguments& options, const BtfText
                 " pictures that the fit was not shown: " + statistics_text(fit.score->model) +
                 ".\nOf the nearest picture " + statistics_text(fit.score->nearest) + ".\n";
     }
-    return text + parts_text(model, bytes) +
+    return text + "bytes " + parts_text(model, bytes) +
            "; 1 : " + number_text(compression_ratio(model.picture_bytes, bytes)) + " of 8-bit pictures\n";
 }
 
@@ -220,7 +220,11 @@ Json textures_json(const BtfTextures& model, std::uintmax_t bytes) {
 std::string textures_text(const BtfTextures& model, std::uintmax_t bytes) {
     std::string text = "model     " + std::string(name(model.method)) + ": " +
                        detail::counted(model.textures.size(), "texture") + " as " + field_name(model) +
-                       ", match " + std::string(name(model.match)) + "\n";
+                       (model.method == BtfMethod::each ? ", one for each picture\n"
+                                                        : ", each for all pictures that look alike\n");
+    text += model.match == BtfMatch::means
+                ? "match     means: a direction has its own mean and contrast, all else from its texture\n"
+                : "match     none: all directions of a texture are the same picture\n";
     text += "pictures  " + std::to_string(model.pairs.size()) + ": " +
             detail::counted(model.views.size(), "view") + " x " +
             detail::counted(model.lights.size(), "light") + ", of " + detail::text_of(model.size) +

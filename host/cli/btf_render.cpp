@@ -113,7 +113,7 @@ std::vector<fs::path> plan(const RenderArguments& options, const BtfModel& model
         outputs.push_back(options.frames ? numbered(options.output, i, frames) : fs::path(options.output));
     for (const fs::path& output : outputs) {
         files.writes(output);
-        check_writable(output, model.colours, PixelType::uint8);
+        check_writable(output, model.colours, PixelType::uint8, {}, options.size);
     }
     if (options.gamma && model.space == ColourSpace::xyz)
         throw InputError("write '" + options.output + "' with --gamma", "the model's colours are XYZ",
@@ -200,9 +200,8 @@ void add_path(CLI::App& app, const std::string& name, Path& value, const std::st
         const auto path = parse_path(text);
         if (!path)
             throw CLI::ValidationError(
-                name,
-                "'" + text +
-                    "' is not THETA,PHI in degrees, theta from 0 and below 90, nor several with ':' between");
+                name, "'" + text +
+                          "' is not THETA,PHI in degrees, theta from 0 to 89, nor several with ':' between");
         value = *path;
     };
     app.add_option_function<std::string>(name, read, help)->type_name("T,P[:T,P...]");

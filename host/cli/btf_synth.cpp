@@ -60,19 +60,25 @@ GrownBtf grown_textures(Device& device, const BtfTextures& model, const BtfSynth
         [grown](const BtfDirection& view, const BtfDirection& light) { return grown->picture(view, light); }};
 }
 
+/// Of such a set, but for its height.
+BtfDescription grown_description(const BtfMeasured& model, Size size) {
+    BtfDescription description;
+    description.format = "grown";
+    description.size = size;
+    description.planes = model.colours;
+    description.space = model.space;
+    description.names = model.names;
+    description.white = model.white;
+    description.views = model.views;
+    description.lights = model.lights;
+    return description;
+}
+
 /// All pictures of what was grown in the directions of its model.
 class GrownSet : public BtfSource {
   public:
-    explicit GrownSet(const GrownBtf& grown) : grown_(&grown) {
-        const BtfMeasured& model = grown.measured;
-        description_.format = "grown";
-        description_.size = grown.size;
-        description_.planes = model.colours;
-        description_.space = model.space;
-        description_.names = model.names;
-        description_.white = model.white;
-        description_.views = model.views;
-        description_.lights = model.lights;
+    explicit GrownSet(const GrownBtf& grown)
+        : grown_(&grown), description_(grown_description(grown.measured, grown.size)) {
         if (grown.surface.planes() == 0) return;
         description_.height = Image(grown.size, 1);
         std::ranges::copy(grown.surface.plane(0), description_.height.values().begin());
@@ -127,14 +133,20 @@ void run_synth(const BtfSynthArguments& options) {
         throw InputError("write the surface of '" + options.model + "'",
                          "it holds textures of pictures, not planes of a surface",
                          "use a model of the method joint");
-    const int colours = joint ? joint->colours : std::get<BtfTextures>(model).colours;
+    const BtfMeasured& measured =
+        joint ? static_cast<const BtfMeasured&>(*joint) : std::get<BtfTextures>(model);
+    const int colours = measured.colours;
+    const Size wanted = options.size.value_or(measured.size);
+    BtfWritingArguments writing = options.writing;
+    if (options.all) check_btf_writing(writing, {options.model}, grown_description(measured, wanted));
     const std::string& output = options.writing.output;
     if (!options.all) {
         RunFiles files(options.writing.overwrite, options.json);
         files.reads(options.model, "that is the model");
         files.writes(output);
         check_writable(output, options.surface ? joint->planes() + 1 : colours,
-                       options.surface ? PixelType::float32 : PixelType::uint8, options.writing.how.type);
+                       options.surface ? PixelType::float32 : PixelType::uint8, options.writing.how.type,
+                       wanted);
     }
     Device device(options.device);
     const GrownBtf grown = joint ? grown_surface(device, *joint, options)
@@ -145,8 +157,6 @@ void run_synth(const BtfSynthArguments& options) {
     object["outputs"] = Json::array({output});
     if (options.all) {
         const BtfSet set(std::make_shared<const GrownSet>(grown));
-        BtfWritingArguments writing = options.writing;
-        check_btf_writing(writing, {options.model}, set.description());
         const BtfWriteReport report = write_told(writing, set);
         object["pictures"] = report.pictures;
         object["bytes"] = report.bytes;
@@ -193,8 +203,8 @@ void add_direction(CLI::App& app, const std::string& name, std::optional<BtfDire
     const auto read = [name, &value](const std::string& text) {
         value = parse_direction(text);
         if (!value)
-            throw CLI::ValidationError(
-                name, "'" + text + "' is not THETA,PHI in degrees, theta from 0 and below 90");
+            throw CLI::ValidationError(name,
+                                       "'" + text + "' is not THETA,PHI in degrees, theta from 0 to 89");
     };
     app.add_option_function<std::string>(name, read, help)->type_name("THETA,PHI");
 }

@@ -41,6 +41,7 @@ struct CompoundFitArguments {
     ReadOptions reading;
     JointArguments maps;
     CompoundOptions compound;
+    Flattening flattening = Flattening::none;
     bool overwrite = false, json = false;
 };
 
@@ -134,6 +135,7 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
         input.picture = read_told(job.picture, options.reading);
         input.provenance = provenance_of(job.picture, input.picture);
     }
+    const std::string flat = flatten_light(job.picture.string(), input.picture.image, options.flattening);
     job.read = reading.seconds();
     CompoundOptions compound = options.compound;
     if (!options.labels.empty()) compound.labels = labels_of(options.labels);
@@ -145,6 +147,7 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
     };
     job.model = fit_compound(device, input.picture.image, compound);
     input.provenance.reasons = std::move(job.model.provenance.reasons);
+    if (!flat.empty()) input.provenance.reasons.push_back(flat);
     job.model.provenance = std::move(input.provenance);
     std::vector<MaterialMap>& maps = job.model.provenance.maps;
     const auto grown = [&](Size size) { return CompoundSynthesiser(device, job.model, size).synthesise(0); };
@@ -294,6 +297,7 @@ void add_compound_fit(CLI::App& parent, Action& action) {
     add_control_options(*command, *options);
     add_local_options(*command, options->compound.local);
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
+    add_flattening(*command, options->flattening);
     add_reading(*command, options->reading);
     add_joint(*command, options->maps);
     add_device(*command, options->device);

@@ -2,6 +2,7 @@
 
 #include "btfield/ceilings.hpp"
 #include "btfield/device.hpp"
+#include "host/base/limits.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/device_report.hpp"
@@ -77,8 +78,13 @@ void report_text(const std::vector<DeviceInfo>& devices, const std::vector<Ceili
 
 void run(bool measure, bool json) {
     const std::vector<DeviceInfo> devices = list_devices();
-    if (devices.empty())
-        warn("no OpenCL device is installed; install a driver, such as pocl-opencl-icd for the CPU");
+    if (devices.empty()) {
+        const std::string limit = detail::address_space_text();
+        warn(limit.empty()
+                 ? "no OpenCL device is installed; install a driver, such as pocl-opencl-icd for the CPU"
+                 : "no OpenCL driver loads, and " + limit + ", which may be too few for one; " +
+                       detail::more_address_space);
+    }
     const std::vector<Ceilings> ceilings = measure ? measured(devices) : std::vector<Ceilings>();
     if (json) {
         report_json(devices, ceilings);

@@ -44,9 +44,10 @@ Colour false_colour(float error, float largest) {
 
 }  // namespace
 
-void check_error_map(const std::filesystem::path& path, std::optional<PixelType> type) {
+void check_error_map(const std::filesystem::path& path, std::optional<PixelType> type,
+                     std::optional<Size> size) {
     if (!holds_values(path)) {
-        check_writable(path, 3, PixelType::uint8, type.value_or(PixelType::uint8));
+        check_writable(path, 3, PixelType::uint8, type.value_or(PixelType::uint8), size);
         return;
     }
     const PixelType stored = type.value_or(PixelType::float32);
@@ -55,7 +56,7 @@ void check_error_map(const std::filesystem::path& path, std::optional<PixelType>
             "write the map '" + path.string() + "' as " + std::string(name(stored)),
             "errors are from 0 to 255 and more, with -1 for none; whole numbers are shares of white",
             "use --type half or float, or a PNG in false colours");
-    check_writable(path, 1, PixelType::float32, stored);
+    check_writable(path, 1, PixelType::float32, stored, size);
 }
 
 void write_error_map(const std::filesystem::path& path, Size size, std::span<const float> errors,

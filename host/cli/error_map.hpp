@@ -12,7 +12,8 @@
 namespace btfield::cli {
 
 /// Throws what write_error_map would throw for this name and type, before any work is done.
-void check_error_map(const std::filesystem::path& path, std::optional<PixelType> type);
+void check_error_map(const std::filesystem::path& path, std::optional<PixelType> type,
+                     std::optional<Size> size = {});
 
 /// EXR and TIFF: one plane of values as they are, float unless told half. Other formats: false colours from
 /// black (0) through purple and orange to pale yellow (the largest error); magenta where the error is

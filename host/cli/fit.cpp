@@ -41,6 +41,7 @@ struct FitArguments {
     ReadOptions reading;
     JointArguments maps;
     FitOptions fit;
+    Flattening flattening = Flattening::none;
     bool overwrite = false, json = false;
 };
 
@@ -49,7 +50,7 @@ struct FitJob {
     ModelKind kind = ModelKind::car3d;
     TextureModel model;
     std::string verdict;
-    double read = 0.0, analysis = 0.0, fit = 0.0, total = 0.0;
+    double read = 0.0, analysis = 0.0, fit = 0.0, scoring = 0.0, total = 0.0;
 };
 
 std::string quoted(const fs::path& path) {
@@ -128,6 +129,7 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
         input.picture = read_told(path, options.reading);
         input.provenance = provenance_of(path, input.picture);
     }
+    const std::string flat = flatten_light(path.string(), input.picture.image, options.flattening);
     const Picture& picture = input.picture;
     jobs.front().read = jobs.front().total = reading.seconds();
 
@@ -153,6 +155,7 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     }
     std::vector<TextureModel> models = fit_all_of(path, analysis, all);
     for (std::size_t k = 0; k < jobs.size(); ++k) {
+        const Stopwatch scoring;
         jobs[k].model = std::move(models[k]);
         std::vector<std::string> reasons = std::move(jobs[k].model.provenance.reasons);
         jobs[k].model.provenance = input.provenance;
@@ -168,7 +171,10 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
             if (options.fit.choose_model && !structure.empty()) reasons.push_back(structure);
             if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, options.fit);
         }
+        if (!flat.empty()) reasons.push_back(flat);
         jobs[k].model.provenance.reasons = reasons;
+        jobs[k].scoring = scoring.seconds();
+        jobs[k].total += jobs[k].scoring;
     }
 }
 
@@ -186,7 +192,8 @@ Json job_json(const FitJob& job, std::uintmax_t bytes) {
 /// First what people want to know, then the figures.
 std::string job_text(const FitJob& job, std::uintmax_t bytes) {
     return "wrote " + job.output.string() + " (read " + seconds_text(job.read) + ", analysis " +
-           seconds_text(job.analysis) + ", fit " + seconds_text(job.fit) + ", total " +
+           seconds_text(job.analysis) + ", fit " + seconds_text(job.fit) +
+           (job.verdict.empty() ? "" : ", score " + seconds_text(job.scoring)) + ", total " +
            seconds_text(job.total) + ")\n" + job.verdict + (job.verdict.empty() ? "" : "\n") +
            model_text(job.model, bytes);
 }
@@ -270,6 +277,7 @@ void add_fit(CLI::App& app, Action& action) {
                "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)")
         ->group(averages);
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
+    add_flattening(*command, options->flattening);
     add_reading(*command, options->reading);
     add_joint(*command, options->maps);
     add_device(*command, options->device);
@@ -284,6 +292,7 @@ void add_fit(CLI::App& app, Action& action) {
                         {"btfield fit bark.tif -o bark.btfm --order 8 --levels 3 --crop 0,0,512,512"},
                         {"btfield fit sand.png -o sand.json --model 3d-msar --noise diagonal"},
                         {"btfield fit moss.png -o moss.json --neighbourhood correlated:12"},
+                        {"btfield fit photo.jpg -o photo.json --flatten low", "without its uneven light"},
                         {"btfield fit bark-*.jpg -o bark.json --joint",
                          "colour, normal and height maps as one model"}}});
     command->callback([options, &action] { action = [options] { run(*options); }; });

@@ -19,6 +19,7 @@
 #include <system_error>
 
 #include "btfield/error.hpp"
+#include "host/base/limits.hpp"
 #include "host/cli/citation_text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
@@ -34,6 +35,7 @@ namespace cli = btfield::cli;
 enum ExitCode { done = 0, refused = 1, wrong_usage = 2, device_failed = 3 };
 
 int fail(ExitCode code, std::string text) {
+    text = cli::with_own_limits(std::move(text));
     std::replace_if(
         text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
     std::fprintf(stderr, "btfield: %s\n", text.c_str());
@@ -191,7 +193,11 @@ int run(int argc, char** argv) {
     } catch (const btfield::Error& error) {
         return fail(refused, error.what());
     } catch (const std::bad_alloc&) {
-        return fail(refused, "hold the data in memory: there is not enough; use a smaller picture or size");
+        const std::string limit = btfield::detail::address_space_text();
+        return fail(refused,
+                    "hold the data in memory: there is not enough" +
+                        (limit.empty() ? "" : " where " + limit) + "; use a smaller picture or size" +
+                        (limit.empty() ? "" : ", or " + std::string(btfield::detail::more_address_space)));
     } catch (const std::exception& error) {
         return fail(refused,
                     std::string("finish the command: ") + error.what() + "; report this as a defect");

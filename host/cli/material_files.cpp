@@ -171,10 +171,10 @@ std::vector<fs::path> MaterialFiles::names(std::optional<int> number, int count)
     return result;
 }
 
-void MaterialFiles::check(const std::vector<fs::path>& names) const {
+void MaterialFiles::check(const std::vector<fs::path>& names, Size size) const {
     for (std::size_t m = 0; m < maps_.size(); ++m)
         check_writable(names[m], maps_[m].role == MapRole::normal ? 3 : maps_[m].planes, maps_[m].type,
-                       type_of(maps_[m]));
+                       type_of(maps_[m]), size);
 }
 
 std::uintmax_t MaterialFiles::write(Device& device, PictureBatch& pictures,

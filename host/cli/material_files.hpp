@@ -71,7 +71,7 @@ class MaterialFiles {
     /// What they have in common, as JSON.
     [[nodiscard]] std::filesystem::path side_file() const { return folder_ / "material.json"; }
     /// \throws what write_picture() would throw for these names
-    void check(const std::vector<std::filesystem::path>& names) const;
+    void check(const std::vector<std::filesystem::path>& names, Size size) const;
     /// \param window  in the texture; of all of it, its edges: periodic where it tiles
     /// \param material  of these maps
     /// \returns number of pixels that were clamped in any map

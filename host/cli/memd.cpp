@@ -91,6 +91,7 @@ void run(const MemdArguments& options) {
         check_error_map(options.map, options.writing.type);
     }
     const Picture a = read_told(options.a, options.reading), b = read_told(options.b, options.reading);
+    if (!options.map.empty()) check_error_map(options.map, options.writing.type, a.image.size());
     warn_of_unlike_spaces(options.a, a.image, options.b, b.image);
     MemdOptions used;
     used.metric = options.metric;

@@ -191,7 +191,22 @@ CLI::Option* add_device(CLI::App& app, std::string& spec) {
         ->group(general);
 }
 
+namespace {
+
+bool memory_is_an_option = true;  ///< not the environment's
+
+}  // namespace
+
+std::string with_own_limits(std::string text) {
+    constexpr std::string_view remedy = "($BTFIELD_MEMORY)";
+    const std::size_t at = text.find(remedy);
+    if (memory_is_an_option && at != std::string::npos) text.replace(at, remedy.size(), "(--memory)");
+    return text;
+}
+
 void add_limits(CLI::App& app) {
+    const char* const memory_before = std::getenv("BTFIELD_MEMORY");
+    memory_is_an_option = memory_before == nullptr || *memory_before == '\0';
     const auto threads = [](const std::string& text) {
         if (!parse_number(text, 1, largest_side))
             throw CLI::ValidationError("--threads", "'" + text + "' is not a whole number from 1 to " +
@@ -209,6 +224,7 @@ void add_limits(CLI::App& app) {
         if (!detail::parse_bytes(text))
             throw CLI::ValidationError("--memory",
                                        "'" + text + "' is not a number of bytes, such as 500M or 4G");
+        memory_is_an_option = true;
         ::setenv("BTFIELD_MEMORY", text.c_str(), 1);
     };
     app.add_option_function<std::string>(

@@ -59,6 +59,9 @@ CLI::Option* add_white(CLI::App& app, std::optional<double>& white);
 /// The value that is white: `white` for pictures with float values (1 without one), 1 for others.
 [[nodiscard]] double white_level(const Picture& picture, std::optional<double> white);
 CLI::Option* add_device(CLI::App& app, std::string& spec);
+/// The error's text, where it names $BTFIELD_MEMORY as a remedy and the environment had none: --memory does.
+[[nodiscard]] std::string with_own_limits(std::string text);
+
 /// --threads and --memory: what they say, the environment says from then on, and with it the library.
 void add_limits(CLI::App& app);
 CLI::Option* add_json(CLI::App& app, bool& json);

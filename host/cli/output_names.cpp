@@ -63,11 +63,11 @@ void remove_empty_output_folders() noexcept {
         std::filesystem::remove(made_folders.back(), error);
 }
 
-void check_labels_output(const std::filesystem::path& labels) {
+void check_labels_output(const std::filesystem::path& labels, std::optional<Size> size) {
     if (labels.empty()) return;
     if (lower_extension(labels) != ".png")
         throw UsageError("--save-labels: '" + labels.string() + "' does not end in .png");
-    check_writable(labels, 3, PixelType::uint8);
+    check_writable(labels, 3, PixelType::uint8, {}, size);
 }
 
 }  // namespace btfield::cli

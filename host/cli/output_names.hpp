@@ -4,7 +4,10 @@
 /// Names of pictures and of outputs.
 
 #include <filesystem>
+#include <optional>
 #include <string>
+
+#include "btfield/image.hpp"
 
 namespace btfield::cli {
 
@@ -30,6 +33,6 @@ void remove_empty_output_folders() noexcept;
 /// Refuses a label picture whose name does not end in .png; empty: there is none.
 /// \throws UsageError
 /// \throws InputError when it cannot be written
-void check_labels_output(const std::filesystem::path& labels);
+void check_labels_output(const std::filesystem::path& labels, std::optional<Size> size = {});
 
 }  // namespace btfield::cli

@@ -96,7 +96,7 @@ ReliefFiles plan(const ReliefArguments& options, const LightSet& lights, const P
     const auto check = [&](const fs::path& file, int planes, PixelType type) {
         if (file.empty()) return;
         run.writes(file);
-        check_writable(file, planes, type, type);
+        check_writable(file, planes, type, type, front.image.size());
     };
     check(files.normals, 3, PixelType::uint16);
     check(files.height, 1, PixelType::uint16);

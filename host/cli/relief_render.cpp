@@ -130,7 +130,8 @@ void run_render(const RenderArguments& options) {
             files.reads(file, "that is a map of the surface");
         for (const LightPicture& light : lights.lights) files.reads(light.picture);
         files.writes(options.output);
-        check_writable(options.output, read.surface.albedo.planes(), PixelType::uint8);
+        check_writable(options.output, read.surface.albedo.planes(), PixelType::uint8, {},
+                       read.surface.albedo.size());
     }
     Json object;
     std::string text;

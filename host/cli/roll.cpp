@@ -109,7 +109,8 @@ std::vector<RollJob> plan(const RollArguments& options) {
     for (const RollJob& job : jobs)
         for (const fs::path& output : job.outputs) {
             read.writes(output);
-            check_writable(output, job.picture.image.planes(), job.picture.type, options.writing.type);
+            check_writable(output, job.picture.image.planes(), job.picture.type, options.writing.type,
+                           options.size);
         }
     return jobs;
 }
@@ -187,8 +188,13 @@ void report_text(const RollArguments& options, const std::vector<RollJob>& jobs,
             ", seed " + std::to_string(options.roller.seed) + ", on " + device.info().name +
             "\nOpposite edges continue each other: it tiles.\n";
     if (seam > 0.0)
-        text += "seam " + number_text(seam) + " (steps across cuts over steps inside), cuts differ by " +
-                number_text(100.0 * cost) + " % of the variance\n";
+        text +=
+            "seam " + number_text(seam) +
+            ": steps across cuts over steps inside patches, 1 where cuts do not show\npatches differ along "
+            "their cuts by " +
+            number_text(100.0 * cost) +
+            " % of the picture's variance: 0 where they are alike, 200 % of places that have nothing in "
+            "common\n";
     text += "read " + seconds_text(seconds.read) + ", roll " + seconds_text(seconds.roll) + ", write " +
             seconds_text(seconds.write) + ", total " + seconds_text(seconds.total) + "\n";
     emit_result(text);

@@ -1,15 +1,21 @@
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
 #include "btfield/ceilings.hpp"
 #include "btfield/compound.hpp"
 #include "btfield/image_io.hpp"
+#include "btfield/theory.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/output_names.hpp"
 #include "host/cli/profile_text.hpp"
 #include "host/cli/report.hpp"
 #include "host/cli/run_files.hpp"
@@ -46,6 +52,41 @@ std::string tiling_text(const SynthJob& job, SynthesisMethod method) {
                 std::to_string(model->levels.size() - 1) + ")";
     }
     return text + ".";
+}
+
+/// A word about textures that are narrow against the reach of a model's correlations: frequencies of so few
+/// rows or columns fall on the spectrum's peaks or beside them (theory 14.3).
+std::optional<std::string> narrowness(const SynthJob& job, SynthesisMethod method) {
+    const auto* const model = std::get_if<TextureModel>(&job.model);
+    if (model == nullptr || method == SynthesisMethod::raster || !is_valid(*model)) return std::nullopt;
+    constexpr double tolerated = 0.1;
+    constexpr int wide_enough = 256;
+    const int shorter = std::min(job.plane.height, job.plane.width);
+    const int longer = std::min(std::max(job.plane.height, job.plane.width), wide_enough);
+    const auto strip = [&](int side) {
+        return job.plane.height < job.plane.width ? Size{side, longer} : Size{longer, side};
+    };
+    if (shorter >= wide_enough / 2 || 2 * shorter > longer) return std::nullopt;
+    const std::vector<double> wanted = theoretical_deviation(*model, {wide_enough, wide_enough});
+    const auto error = [&](int side) {
+        const std::vector<double> found = theoretical_deviation(*model, strip(side));
+        double worst = 0.0;
+        for (std::size_t p = 0; p < wanted.size(); ++p)
+            if (wanted[p] > 0.0) {
+                const double off = found[p] / wanted[p] - 1.0;
+                if (std::abs(off) > std::abs(worst)) worst = off;
+            }
+        return worst;
+    };
+    const double own = error(shorter);
+    if (std::abs(own) <= tolerated) return std::nullopt;
+    int right = shorter;
+    while (right < wide_enough && std::abs(error(right)) > tolerated) right *= 2;
+    return "'" + job.file + "': textures of " + detail::text_of(job.plane) + " pixels have about " +
+           number_text(1.0 + own) +
+           " times the contrast of large ones: the shorter side is narrow against the "
+           "reach of the model's correlations; from about " +
+           std::to_string(right) + " pixels on it is right: grow that and cut it";
 }
 
 Json job_json(const SynthJob& job, const Device& device) {
@@ -144,6 +185,7 @@ void run(const SynthArguments& options) {
     for (const SynthJob& job : jobs) {
         if (!std::visit([](const auto& model) { return is_valid(model); }, job.model))
             warn("'" + job.file + "' is not certified; its textures may be far from the picture");
+        if (const auto remark = narrowness(job, options.synthesis.method)) warn(*remark);
         job.remarks.tell();
         objects.push_back(job_json(job, device));
         text += job_text(job, options.synthesis.method, device);

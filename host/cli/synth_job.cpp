@@ -75,10 +75,10 @@ bool is_picture(const fs::path& file) {
 /// One texture's maps, and what --export adds.
 void check_exports(SynthJob& job, std::optional<int> number, int count,
                    const std::vector<fs::path>& outputs) {
-    job.material->check(outputs);
+    job.material->check(outputs, job.size);
     const MaterialFiles::Exports exports = job.material->exports(number, count);
     for (const fs::path& file : exports.pictures) {
-        check_writable(file, 3, PixelType::uint8, PixelType::uint8);
+        check_writable(file, 3, PixelType::uint8, PixelType::uint8, job.size);
         job.exports.push_back(file);
     }
     for (const fs::path& file : exports.texts) {
@@ -165,14 +165,14 @@ std::vector<SynthJob> plan(const SynthArguments& options) {
             if (job.material)
                 check_exports(job, options.count ? std::optional(i) : std::nullopt, count, outputs);
             else
-                check_writable(outputs.front(), planes_of(job), type_of(job), options.writing.type);
+                check_writable(outputs.front(), planes_of(job), type_of(job), options.writing.type, job.size);
             check_compression(options, outputs.front());
             job.outputs.insert(job.outputs.end(), outputs.begin(), outputs.end());
             job.seeds.push_back(options.seed + static_cast<std::uint64_t>(i));
             if (!options.labels_output.empty())
                 job.labels_outputs.push_back(options.count ? numbered(options.labels_output, i, count)
                                                            : fs::path(options.labels_output));
-            if (!job.labels_outputs.empty()) check_labels_output(job.labels_outputs.back());
+            if (!job.labels_outputs.empty()) check_labels_output(job.labels_outputs.back(), job.size);
         }
         jobs.push_back(std::move(job));
     }

@@ -285,25 +285,29 @@ void check_planes(const ExperimentConfig& config, const PictureSource& source, c
                      "run");
 }
 
+constexpr int longest_side = 16384;  // of what spectra can be transformed and the roller cuts
+constexpr int shortest_rolled = 16;  // of what the roller cuts
+
+bool is_rolled(ExperimentModel model) {
+    return model == ExperimentModel::compound || model == ExperimentModel::roll;
+}
+
 void check_texture_size(const ExperimentConfig& config) {
     if (!config.size) return;
     const std::string asked = "experiment with textures of " + text_of(*config.size);
-    constexpr int longest = 16384;  // of what spectra can be transformed
-    constexpr int shortest = 16;    // of what the roller cuts
-    const auto rolled = std::ranges::find_if(config.models, [](ExperimentModel model) {
-        return model == ExperimentModel::compound || model == ExperimentModel::roll;
-    });
-    if (rolled != config.models.end() && std::min(config.size->height, config.size->width) < shortest)
+    const auto rolled = std::ranges::find_if(config.models, is_rolled);
+    if (rolled != config.models.end() && std::min(config.size->height, config.size->width) < shortest_rolled)
         throw InputError(
-            asked, std::string(name(*rolled)) + " needs " + std::to_string(shortest) + " pixels on a side",
+            asked,
+            std::string(name(*rolled)) + " needs " + std::to_string(shortest_rolled) + " pixels on a side",
             "correct the configuration: give a larger 'size'; nothing was run");
     const bool fields = std::ranges::any_of(
         config.models, [](ExperimentModel model) { return random_field(model).has_value(); });
     const bool compound = std::ranges::find(config.models, ExperimentModel::compound) != config.models.end();
-    if ((fields || compound) && std::max(config.size->height, config.size->width) > longest)
+    if ((fields || compound) && std::max(config.size->height, config.size->width) > longest_side)
         throw InputError(asked,
                          std::string(fields ? "random fields grow" : "compound models grow") + " to " +
-                             std::to_string(longest) + " pixels on a side",
+                             std::to_string(longest_side) + " pixels on a side",
                          "correct the configuration: give a smaller 'size'; nothing was run");
     // A plane of the texture, and one to measure it by.
     const double needed = 2.0 * sizeof(float) * static_cast<double>(area(*config.size));
@@ -316,11 +320,31 @@ void check_texture_size(const ExperimentConfig& config) {
                          "correct the configuration: give a smaller 'size'; nothing was run");
 }
 
+void check_rolled(const ExperimentConfig& config, const std::vector<PictureSource>& sources,
+                  const std::map<std::string, PictureShape>& shapes) {
+    const auto rolled = std::ranges::find_if(config.models, is_rolled);
+    if (rolled == config.models.end()) return;
+    for (const PictureSource& source : sources) {
+        const auto found = shapes.find(source.picture);
+        if (found == shapes.end()) continue;
+        const Size size = found->second.size;
+        if (std::min(size.height, size.width) >= shortest_rolled &&
+            std::max(size.height, size.width) <= longest_side)
+            continue;
+        throw InputError(asked_of(source),
+                         std::string(name(*rolled)) + " needs sides from " + std::to_string(shortest_rolled) +
+                             " to " + std::to_string(longest_side) + " pixels, and it has " + text_of(size),
+                         "correct the configuration: leave it out, or do not ask for this model; nothing was "
+                         "run");
+    }
+}
+
 }  // namespace
 
 void check_room(const ExperimentConfig& config, const std::vector<PictureSource>& sources,
                 const std::map<std::string, PictureShape>& shapes) {
     check_texture_size(config);
+    check_rolled(config, sources, shapes);
     const bool fields = std::ranges::any_of(
         config.models, [](ExperimentModel model) { return random_field(model).has_value(); });
     if (!fields) return;

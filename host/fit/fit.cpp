@@ -134,7 +134,8 @@ std::vector<LagCovariance> level_fields(const TextureModel& model, const std::ve
         // The level's own torus, as far as that matters: beyond the grid that resolves the spectrum sums
         // change no more.
         const Size torus{std::min(level.size.height, grids[k]), std::min(level.size.width, grids[k])};
-        fields[k] = level_covariance(level, torus, expansion_box(model.factor, depth, lags));
+        fields[k] =
+            level_covariance(level, torus, expansion_box(model.factor, depth, lags), model.factor, depth);
     });
     return fields;
 }

@@ -182,6 +182,19 @@ void tell_cut(const Image& image, const WriteOptions& options, const Storage& st
     }
 }
 
+/// Of three planes with names of their own, which no word in such a file keeps from being taken for colours.
+void tell_taken_for_colours(const Image& image, const Storage& storage, std::vector<std::string>& remarks) {
+    const bool named = storage.format == PictureFormat::tiff || storage.format == PictureFormat::exr;
+    if (named || image.planes() != 3 || image.names().empty()) return;
+    for (int p = 0; p < image.planes(); ++p)
+        if (image.plane_space(p) != ColourSpace::unspecified) return;
+    remarks.push_back("its planes '" + image.names()[0] + "', '" + image.names()[1] + "' and '" +
+                      image.names()[2] +
+                      "' are no colours, but whoever reads the file takes them for red, green and blue (" +
+                      (storage.format == PictureFormat::hdr ? "linear light" : "sRGB") +
+                      "); EXR and TIFF keep their names");
+}
+
 std::string plane_list(const std::vector<int>& planes) {
     std::string text;
     for (std::size_t i = 0; i < planes.size(); ++i)
@@ -280,6 +293,7 @@ EncodedPicture detail::encode(const fs::path& path, const Image& image, const Wr
                          "limits of " + counted(options.limits.size(), "plane") + " are given for " +
                              std::to_string(image.planes()),
                          "give one of each, or none");
+    check_sides(storage.format, image.size(), asked);
     EncodedPicture encoded;
     WriteReport& report = encoded.report;
     std::optional<Image> readable;
@@ -299,6 +313,7 @@ EncodedPicture detail::encode(const fs::path& path, const Image& image, const Wr
     report.clamped_pixels = count_clamped(stored, storage, options.limits);
     tell_loss(stored, options.source, storage, report.remarks);
     tell_cut(stored, options, storage, report.remarks);
+    tell_taken_for_colours(stored, storage, report.remarks);
     return encoded;
 }
 
@@ -324,9 +339,11 @@ void preload_picture_formats(const fs::path& written) {
     }
 }
 
-void check_writable(const fs::path& path, int planes, PixelType source, std::optional<PixelType> type) {
+void check_writable(const fs::path& path, int planes, PixelType source, std::optional<PixelType> type,
+                    std::optional<Size> size) {
     const std::string asked = "write '" + path.string() + "'";
-    static_cast<void>(storage_for(path, planes, source, type, asked));
+    const Storage storage = storage_for(path, planes, source, type, asked);
+    if (size) check_sides(storage.format, *size, asked);
     check_output(path, asked);
 }
 

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <system_error>
 #include <vector>
 
@@ -22,20 +23,23 @@ struct Traits {
     std::string_view codec;  ///< OpenImageIO's name
     std::string_view title;  ///< name for people
     int most_planes;
+    int longest_side;
     std::array<bool, 4> holds;  ///< by PixelType
 };
 
 // Alpha is not written, so formats whose second or fourth channel is alpha hold one or three planes. TIFF
-// counts samples in 16 bits; the limit for EXR only keeps channel names short.
+// counts samples in 16 bits; the limit for EXR only keeps channel names short. libjpeg ends the process where
+// a side is beyond 65500; libpng, which nearly all programs read PNG with, refuses sides beyond a million.
+constexpr int any_side = std::numeric_limits<int>::max();
 constexpr std::array<Traits, 8> all_traits{{
-    {PictureFormat::png, "png", "PNG", 3, {true, true, false, false}},
-    {PictureFormat::jpeg, "jpeg", "JPEG", 3, {true, false, false, false}},
-    {PictureFormat::tiff, "tiff", "TIFF", 65535, {true, true, true, true}},
-    {PictureFormat::exr, "openexr", "EXR", 65535, {false, false, true, true}},
-    {PictureFormat::hdr, "hdr", "HDR", 3, {false, false, false, true}},
-    {PictureFormat::pnm, "pnm", "PNM", 3, {true, true, false, false}},
-    {PictureFormat::webp, "webp", "WebP", 0, {}},
-    {PictureFormat::heif, "heif", "HEIF", 0, {}},
+    {PictureFormat::png, "png", "PNG", 3, 1000000, {true, true, false, false}},
+    {PictureFormat::jpeg, "jpeg", "JPEG", 3, 65500, {true, false, false, false}},
+    {PictureFormat::tiff, "tiff", "TIFF", 65535, any_side, {true, true, true, true}},
+    {PictureFormat::exr, "openexr", "EXR", 65535, any_side, {false, false, true, true}},
+    {PictureFormat::hdr, "hdr", "HDR", 3, any_side, {false, false, false, true}},
+    {PictureFormat::pnm, "pnm", "PNM", 3, any_side, {true, true, false, false}},
+    {PictureFormat::webp, "webp", "WebP", 0, 16383, {}},
+    {PictureFormat::heif, "heif", "HEIF", 0, any_side, {}},
 }};
 
 struct Extension {
@@ -323,6 +327,15 @@ Storage storage_for(const std::filesystem::path& path, int planes, PixelType sou
             "choose another type or extension");
     }
     return {entry->format, *type, {}};
+}
+
+void check_sides(PictureFormat format, Size size, const std::string& asked) {
+    const Traits& own = traits(format);
+    if (std::max(size.height, size.width) <= own.longest_side) return;
+    throw InputError(
+        asked + " with " + text_of(size) + " pixels",
+        std::string(own.title) + " holds sides up to " + std::to_string(own.longest_side) + " pixels",
+        "choose .tif or .exr, which hold any, or a smaller size");
 }
 
 }  // namespace btfield::detail

@@ -105,4 +105,7 @@ struct Storage {
 [[nodiscard]] Storage storage_for(const std::filesystem::path& path, int planes, PixelType source,
                                   std::optional<PixelType> type, const std::string& asked);
 
+/// \throws InputError when a side is beyond what the format holds, or what its readers take
+void check_sides(PictureFormat format, Size size, const std::string& asked);
+
 }  // namespace btfield::detail

@@ -13,6 +13,7 @@
 #include "host/base/text.hpp"
 #include "host/spectrum/half_grid.hpp"
 #include "host/spectrum/lag_transform.hpp"
+#include "host/spectrum/small_torus.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -275,11 +276,34 @@ LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box)
     return result;
 }
 
-LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box) {
-    if (level.models.size() == 1) return model_covariance(level.models.front(), torus, box);
+namespace {
+
+/// model_covariance() of what grows on a torus.
+LagCovariance grown_covariance(const SpectralForm& form, Size torus, Offset box, int factor, int depth) {
+    const LagCovariance sampled = model_covariance(form, torus, box);
+    const auto mean = mean_density(form, torus, factor, depth);
+    if (!mean) return sampled;
+    LagCovariance covariance = sampled;
+    const Eigen::MatrixXd more = (*mean - density_at_zero(form)) / static_cast<double>(area(torus));
+    for (int row = -box.row; row <= box.row; ++row)
+        for (int column = -box.column; column <= box.column; ++column)
+            for (int i = 0; i < form.planes(); ++i)
+                for (int j = i; j < form.planes(); ++j)
+                    covariance.set(i, j, {row, column}, sampled(i, j, {row, column}) + more(i, j));
+    return covariance;
+}
+
+}  // namespace
+
+LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box, int factor, int depth) {
+    const auto own_covariance = [&](const Model& model) {
+        return level.certificate.valid ? grown_covariance(model, torus, box, factor, depth)
+                                       : model_covariance(model, torus, box);
+    };
+    if (level.models.size() == 1) return own_covariance(level.models.front());
     LagCovariance result(static_cast<int>(level.models.size()), torus, box);
     for (int p = 0; p < result.planes(); ++p) {
-        const LagCovariance own = model_covariance(level.models[static_cast<size_t>(p)], torus, box);
+        const LagCovariance own = own_covariance(level.models[static_cast<size_t>(p)]);
         for (int row = -box.row; row <= box.row; ++row) {
             for (int column = -box.column; column <= box.column; ++column)
                 result.set(p, p, {row, column}, own(0, 0, {row, column}));

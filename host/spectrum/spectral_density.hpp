@@ -116,7 +116,9 @@ struct SpectralMeans {
 /// \throws InputError when a side is < 1 or the box negative
 [[nodiscard]] LagCovariance model_covariance(const SpectralForm& form, Size torus, Offset box);
 
-/// The same of all modelled planes of a level: those of a 2D level's parts are independent of each other.
-[[nodiscard]] LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box);
+/// The same of all modelled planes of a level as it is grown, with mean_density() where it is certified;
+/// those of a 2D level's parts are independent of each other.
+[[nodiscard]] LagCovariance level_covariance(const LevelModel& level, Size torus, Offset box, int factor,
+                                             int depth);
 
 }  // namespace btfield::detail

@@ -26,7 +26,7 @@ std::vector<double> detail::modelled_covariance(const TextureModel& model, Size 
         const LevelModel& level = model.levels[k];
         const int depth = static_cast<int>(k);
         const Offset box = expansion_box(model.factor, depth, lags);
-        const LagCovariance own = level_covariance(level, sizes[k], box);
+        const LagCovariance own = level_covariance(level, sizes[k], box, model.factor, depth);
         const std::vector<double> seen = expanded_covariance(own, model.factor, depth, lags);
         for (std::size_t n = 0; n < total.size(); ++n) total[n] += level.gain * level.gain * seen[n];
     }

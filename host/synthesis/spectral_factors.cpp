@@ -102,6 +102,7 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
       planes_(parts.front().planes()),
       parts_(static_cast<int>(parts.size())),
       lattice_(lattice),
+      scale_(scale),
       indefinite_(indefinite) {
     const int pitch = spectrum_pitch(lattice.height);
     const std::vector<Offset> offsets = all_offsets(parts);
@@ -152,6 +153,25 @@ void SpectralFactors::store(DeviceImpl& device) {
     factor_re_ = std::move(re);
     factor_im_ = std::move(im);
     stored_ = true;
+}
+
+void SpectralFactors::set_means(DeviceImpl& device,
+                                const std::vector<std::optional<Eigen::MatrixXd>>& densities) {
+    store(device);
+    const std::size_t frequencies =
+        static_cast<std::size_t>(lattice_.width) * static_cast<std::size_t>(spectrum_pitch(lattice_.height));
+    const auto d = static_cast<std::size_t>(planes_);
+    for (std::size_t part = 0; part < densities.size(); ++part) {
+        if (!densities[part]) continue;
+        const Matrix root = scale_ * symmetric_root(*densities[part]);
+        for (std::size_t e = 0; e < d * d; ++e) {
+            const std::size_t place = sizeof(float) * (part * d * d + e) * frequencies;
+            const auto re = static_cast<float>(root.data()[e]);
+            const float im = 0.0F;
+            device.write(factor_re_, &re, sizeof re, place);
+            device.write(factor_im_, &im, sizeof im, place);
+        }
+    }
 }
 
 std::size_t SpectralFactors::factor_bytes() const {

@@ -3,8 +3,10 @@
 /// \file
 /// Per-frequency factors F_t of one level, S_t = F_t F_tᴴ, and what is done with them on the device.
 
+#include <optional>
 #include <vector>
 
+#include "host/base/eigen.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/spectrum/spectral_form.hpp"
 
@@ -37,6 +39,10 @@ class SpectralFactors {
     /// Computes the factors and keeps them, where the budget allows that: worth it from the second draw on.
     void store(DeviceImpl& device);
 
+    /// Stores the factors, and roots of these densities in place of F at frequency 0 (mean_density()).
+    /// \param densities of each part; those that are empty change nothing
+    void set_means(DeviceImpl& device, const std::vector<std::optional<Eigen::MatrixXd>>& densities);
+
   private:
     void draw(DeviceImpl& device, const Buffer& re, const Buffer& im, std::size_t stride,
               std::size_t imaginary, const Buffer& keys, int batch, int level) const;
@@ -53,6 +59,7 @@ class SpectralFactors {
     int planes_;  ///< of one part
     int parts_;
     Size lattice_;
+    double scale_;
     int offsets_count_;
     bool storable_ = false, stored_ = false;
     bool indefinite_;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
@@ -20,6 +21,7 @@
 #include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/spectrum/certificate_text.hpp"
+#include "host/spectrum/small_torus.hpp"
 #include "host/synthesis/causal_recursion.hpp"
 #include "host/synthesis/convolution.hpp"
 #include "host/synthesis/independent_planes.hpp"
@@ -269,10 +271,17 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
             const auto n = static_cast<double>(area(t));
             const double variance =
                 layout_.routes[k] == LevelRoute::spectrum ? 1.0 / (2.0 * n) : 1.0 / (n * n);
-            SpectralFactors factors(*device_,
-                                    std::vector<SpectralForm>(level.models.begin(), level.models.end()), t,
-                                    level.gain * std::sqrt(variance), level_mean(model, k), spare / 4.0,
-                                    !level.certificate.valid);
+            const std::vector<SpectralForm> forms(level.models.begin(), level.models.end());
+            std::vector<std::optional<Eigen::MatrixXd>> means;
+            if (layout_.routes[k] == LevelRoute::spectrum && level.certificate.valid)
+                for (const SpectralForm& form : forms)
+                    means.push_back(mean_density(form, t, model.factor, static_cast<int>(k)));
+            const bool own_means =
+                std::ranges::any_of(means, [](const auto& mean) { return mean.has_value(); });
+            SpectralFactors factors(
+                *device_, forms, t, level.gain * std::sqrt(variance), level_mean(model, k),
+                own_means ? std::numeric_limits<double>::infinity() : spare / 4.0, !level.certificate.valid);
+            if (own_means) factors.set_means(*device_, means);
             spare -= factors.storable_bytes();
             levels_.emplace_back(std::move(factors));
             static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));

@@ -27,6 +27,7 @@
 #include "btfield/image_io.hpp"        // IWYU pragma: export
 #include "btfield/lag_covariance.hpp"  // IWYU pragma: export
 #include "btfield/light_set.hpp"       // IWYU pragma: export
+#include "btfield/light_trend.hpp"     // IWYU pragma: export
 #include "btfield/made_btf.hpp"        // IWYU pragma: export
 #include "btfield/marginals.hpp"       // IWYU pragma: export
 #include "btfield/material.hpp"

@@ -117,8 +117,8 @@ struct WriteOptions {
 /// files of whole numbers, linear Rec. 709 in those of floats, XYZ in EXR alone; what is unspecified stays.
 /// Names of planes become channel names in EXR, and stand in the description of a TIFF. The file appears
 /// complete under its name (written beside it, then renamed) or not at all.
-/// \throws InputError when the extension is unknown, the format cannot hold the planes or the type, a value
-///     is NaN or infinite, or the file cannot be written
+/// \throws InputError when the extension is unknown, the format cannot hold the planes, the type or the size,
+///     a value is NaN or infinite, or the file cannot be written
 BTFIELD_API WriteReport write_picture(const std::filesystem::path& path, const Image& image,
                                       const WriteOptions& options);
 /// With these options alone.
@@ -127,9 +127,9 @@ BTFIELD_API WriteReport write_picture(const std::filesystem::path& path, const I
                                       std::optional<PixelType> type = {});
 
 /// \throws what write_picture would throw for this name and shape, before any work is done: unknown
-///     extension, impossible planes or type, folder missing or unwritable
+///     extension, impossible planes, type or size, folder missing or unwritable
 BTFIELD_API void check_writable(const std::filesystem::path& path, int planes, PixelType source,
-                                std::optional<PixelType> type = {});
+                                std::optional<PixelType> type = {}, std::optional<Size> size = {});
 
 /// Begins, in the background, what the first picture that is not PNM, Radiance or a PNG to be written needs
 /// once in a process: loading the codecs, a third of a second of processor time. Returns at once; a picture

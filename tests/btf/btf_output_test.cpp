@@ -98,6 +98,7 @@ TEST(BtfOutput, EveryFolderFormatComesBack) {
     EXPECT_EQ(back("exr", BtfFormat::utia, PixelType::float32), 0.0);
     EXPECT_EQ(back("bright", BtfFormat::utia, PixelType::float32, 4.0), 0.0);
     EXPECT_LE(back("half", BtfFormat::spectral), 0x1p-12);
+    EXPECT_EQ(BtfSet::open(folder / "half").format(), "spectral");
     EXPECT_LE(back("hdr", BtfFormat::atrium), 1.0 / 256.0);
     EXPECT_LE(back("jpg", BtfFormat::ubo2003), 0.15);  // JPEG of noise
     EXPECT_TRUE(fs::exists(folder / "jpg/tv015_pv060/00003 tl000 pl000 tv015 pv060.jpg"));
@@ -115,6 +116,9 @@ TEST(BtfOutput, ArchivesHoldFolders) {
     EXPECT_LE(difference(set, written(folder / "jpg.zip", set, BtfFormat::ubo2003)), 0.15);
     EXPECT_LE(difference(set, written(folder / "png.ZIP", set, BtfFormat::utia)), 0.5 * 2.3 / 255.0);
     EXPECT_EQ(folder.names(), (std::vector<std::string>{"jpg.zip", "png.ZIP", "set.zip"}));
+    // The first file's time and date are fixed: the same set makes the same bytes on any day.
+    const std::string stamp = test::bytes_of(folder / "set.zip").substr(10, 4);
+    EXPECT_EQ(stamp, std::string("\0\0\x21\0", 4));
     // Every shorter archive is refused, and so is one with a changed pixel: archives have checksums.
     const std::string whole = test::bytes_of(folder / "set.zip");
     const auto refused = [&](const std::string& bytes) {

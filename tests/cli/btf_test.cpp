@@ -373,7 +373,7 @@ TEST_F(CliBtfModel, RefusesWhatCannotBe) {
     expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png"), "--view", "0,0"}, 2, "--light");
     expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png")}, 2, "--view");
     expect_failure({"btf", "synth", at("m.json"), "-o", at("o.png"), "--view", "90,0", "--light", "0,0"}, 2,
-                   "below 90");
+                   "theta from 0 to 89");
     EXPECT_FALSE(fs::exists(at("o.png")));
 }
 

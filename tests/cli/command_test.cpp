@@ -235,7 +235,13 @@ TEST(CliCommand, ThreadsAndMemoryAreBounded) {
         {"synth", "m.json", "-o", "large.png", "--size", "4096x4096", "--memory", "20MB", "--device", "cpu"},
         3, "20.0 MB may be used", here);
     expect_failure({"synth", "m.json", "-o", "large.png", "--size", "4096x4096", "--memory", "20MB"}, 3,
-                   "allow more device memory ($BTFIELD_MEMORY)", here);
+                   "allow more device memory (--memory)", here);
+    const Ended by_environment =
+        test::run_program({"/usr/bin/env", "BTFIELD_MEMORY=20MB", test::command_path(), "synth", "m.json",
+                           "-o", "large.png", "--size", "4096x4096"},
+                          here);
+    EXPECT_EQ(by_environment.code, 3);
+    EXPECT_NE(by_environment.err.find("($BTFIELD_MEMORY)"), std::string::npos) << by_environment.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "large.png"));
     for (const char* threads : {"0", "-1", "two", "1.5", ""})
         expect_failure({"info", "m.json", "--threads", threads}, 2, "--threads", here);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/json_text.hpp"
@@ -249,6 +250,39 @@ TEST(CliFit, BeginsWithSentences) {
     EXPECT_EQ(grain.out.find("It loses"), std::string::npos) << grain.out;
     const Ended plain = btfield({"fit", "grain.png", "-o", "g.json", "--marginals", "none"}, here);
     EXPECT_NE(plain.out.find("It keeps means and colours, and correlations"), std::string::npos) << plain.out;
+}
+
+TEST(CliFit, UnevenLightIsToldAndTakenOut) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    Image image = read_picture(data + "/cork.png", Crop{0, 0, 192, 192}).image;
+    for (int p = 0; p < 3; ++p)
+        for (int r = 0; r < 192; ++r)
+            for (int c = 0; c < 192; ++c)
+                image.at(p, r, c) *= 0.9F + 0.2F * static_cast<float>(c) / 192.0F;  // of encoded values
+    write_picture(folder / "uneven.png", image);
+    const auto fitted = [&](const char* model, Words words) {
+        words.insert(words.begin(), {"fit", "uneven.png", "-o", model});
+        const Ended ended = btfield(words, here);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        return ended;
+    };
+    const Ended told = fitted("m.json", {"--json"});
+    EXPECT_NE(told.err.find("'uneven.png': light is uneven"), std::string::npos) << told.err;
+    EXPECT_NE(told.err.find("--flatten plane takes it out"), std::string::npos) << told.err;
+    const Ended flat = fitted("f.json", {"--flatten", "low"});
+    EXPECT_EQ(flat.err, "");
+    EXPECT_NE(flat.out.find(", score "), std::string::npos) << flat.out;
+    const std::string info = btfield({"info", "f.json"}, here).out;
+    EXPECT_NE(info.find("flattened (--flatten low)"), std::string::npos) << info;
+    EXPECT_EQ(btfield({"info", "m.json"}, here).out.find("flattened"), std::string::npos);
+    ASSERT_EQ(
+        btfield({"compound", "fit", "uneven.png", "-o", "c.btfm", "--flatten", "plane", "--regions", "2"},
+                here)
+            .code,
+        0);
+    EXPECT_NE(btfield({"info", "c.btfm", "--json"}, here).out.find("flattened (--flatten plane)"),
+              std::string::npos);
 }
 
 }  // namespace

@@ -177,13 +177,42 @@ TEST(CliRefusals, SizesBeyondTheDevice) {
     const Ended little = btfield({"synth", "m.json", "-o", "t.exr", "--memory", "1"}, here);
     EXPECT_EQ(little.code, 3);
     EXPECT_NE(little.err.find("1 byte may be used"), std::string::npos) << little.err;
-    EXPECT_NE(little.err.find("BTFIELD_MEMORY"), std::string::npos) << little.err;
+    EXPECT_NE(little.err.find("(--memory)"), std::string::npos) << little.err;
     EXPECT_EQ(little.err.find("0x0"), std::string::npos) << little.err;
     EXPECT_EQ(little.err.find("in one piece"), std::string::npos) << little.err;
     EXPECT_EQ(little.err.find("1 planes"), std::string::npos) << little.err;
     expect_failure({"synth", "m.json", "-o", "t.exr", "--size", "1000000x1000000", "--method", "raster"}, 3,
                    "a size up to", here);
     EXPECT_EQ(folder.names(), Words{"m.json"});
+}
+
+TEST(CliRefusals, SidesThatAFormatCannotHoldBeforeAnythingGrows) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    TextureModel model = test::example_model(ModelKind::car3d, 1, 1);
+    put_model(folder / "m.json", model);
+    const Words before = folder.names();
+    // Without a device: nothing is grown.
+    const Words grow{"synth", "m.json", "--method", "raster", "--size", "65501x300000", "--device", "none"};
+    for (const char* output : {"t.jpg", "t.JPEG"}) {
+        Words words = grow;
+        words.insert(words.end(), {"-o", output});
+        expect_failure(words, 1, "JPEG holds sides up to 65500 pixels", here);
+    }
+    expect_failure({"synth", "m.json", "--method", "raster", "--size", "16x1048576", "-o", "t.png"}, 1,
+                   "PNG holds sides up to 1000000 pixels", here);
+    expect_failure({"roll", data + "/bark.png", "--size", "16384x70000", "-o", "t.jpg"}, 1,
+                   "JPEG holds sides up to 65500 pixels", here);
+    EXPECT_EQ(folder.names(), before);
+}
+
+TEST(CliRefusals, FewAddressesAreTold) {
+    const TemporaryFolder folder;
+    put_model(folder / "m.json");
+    const std::string line = "ulimit -v 120000; exec '" + test::command_path() + "' synth m.json -o t.png";
+    const Ended ended = test::run_program({"/bin/sh", "-c", line}, {.folder = folder.path().string()});
+    EXPECT_NE(ended.code, 0);
+    EXPECT_NE(ended.err.find("ulimit -v"), std::string::npos) << ended.err;
 }
 
 }  // namespace

@@ -55,6 +55,8 @@ TEST(CliRoll, Quilt) {
     const Ended text = btfield({"roll", data + "/bark.png", "-o", out, "--size", "64x64", "--block", "16"});
     EXPECT_NE(text.out.find("it tiles"), std::string::npos) << text.out;
     EXPECT_NE(text.out.find("seam "), std::string::npos) << text.out;
+    EXPECT_NE(text.out.find("1 where cuts do not show"), std::string::npos) << text.out;
+    EXPECT_NE(text.out.find("200 % of places that have nothing in common"), std::string::npos) << text.out;
 }
 
 TEST(CliRoll, Tiles) {

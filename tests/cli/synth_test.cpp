@@ -244,5 +244,23 @@ TEST_F(CliSynth, QuietSaysNothing) {
     EXPECT_NE(synth({"m.json", "-o", "out/a.png", "-q", "--json"}).out, "");
 }
 
+TEST_F(CliSynth, NarrowStripsOfFarReachingModelsAreTold) {
+    TextureModel model = test::example_model(ModelKind::car3d, 1, 1);
+    CarModel car;
+    car.kind = NeighbourhoodKind::custom;
+    car.planes = 1;
+    car.offsets = {{-1, -1}, {-1, 0}, {0, -1}};
+    car.coefficients = {-0.81, 0.9, 0.9};  // correlates over some ten pixels along both axes
+    car.noise_covariance = {0.001};
+    model.levels.front().models = {car};
+    put_model(folder_ / "m.json", model);
+    const Ended strip = synth({"m.json", "-o", "out/a.exr", "--size", "128x4"});
+    EXPECT_EQ(strip.code, 0) << strip.err;
+    EXPECT_NE(strip.err.find("textures of 128 x 4 pixels have about"), std::string::npos) << strip.err;
+    EXPECT_NE(strip.err.find("from about 32 pixels on it is right"), std::string::npos) << strip.err;
+    for (const char* size : {"128x128", "8x8"})
+        EXPECT_EQ(synth({"m.json", "-o", std::string("out/") + size + ".exr", "--size", size}).err, "");
+}
+
 }  // namespace
 }  // namespace btfield

@@ -248,6 +248,12 @@ TEST(Experiment, WhatNoPictureHasRoomForIsRefusedBeforeAnythingRuns) {
         EXPECT_NE(refusal(config).find(std::string(name(model)) + " needs 16 pixels"), std::string::npos);
     }
     config = good;
+    config.models = {ExperimentModel::roll};
+    config.pictures.front().crop = Crop{0, 0, 12, 40};
+    EXPECT_NE(refusal(config).find("roll needs sides from 16 to 16384 pixels, and it has 12 x 40"),
+              std::string::npos)
+        << refusal(config);
+    config = good;
     config.orders = {1, 8};
     config.levels = {4};
     EXPECT_NE(refusal(config).find("order 8"), std::string::npos);

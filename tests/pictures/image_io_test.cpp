@@ -554,5 +554,22 @@ TEST(image_io, counts_no_clamping_where_the_picture_itself_was_cut_off) {
     EXPECT_THROW((void)write_picture(folder / "b.png", image, options), InputError);
 }
 
+TEST(image_io, three_planes_with_names_of_their_own_are_told_where_they_become_colours) {
+    const test::TemporaryFolder folder;
+    Image image({4, 4}, 3);
+    std::ranges::fill(image.values(), 0.5F);
+    const auto remarks = [&](const char* name) { return write_picture(folder / name, image).remarks; };
+    EXPECT_TRUE(remarks("plain.png").empty());
+    image.set_names({"height", "rough", "metal"});
+    for (const char* name : {"a.png", "a.jpg", "a.ppm", "a.hdr"}) {
+        ASSERT_EQ(remarks(name).size(), 1U) << name;
+        EXPECT_NE(remarks(name)[0].find("'height', 'rough' and 'metal' are no colours"), std::string::npos);
+    }
+    for (const char* name : {"a.tif", "a.exr"}) EXPECT_TRUE(remarks(name).empty()) << name;
+    EXPECT_EQ(read_picture(folder / "a.png").image.space(), ColourSpace::srgb);
+    image.set_space(ColourSpace::srgb);
+    EXPECT_TRUE(remarks("colours.png").empty());
+}
+
 }  // namespace
 }  // namespace btfield

@@ -235,6 +235,10 @@ void write_zip(int descriptor, const std::vector<std::string>& names,
         }
         static_cast<void>(
             zip_set_file_compression(archive.get(), static_cast<zip_uint64_t>(at), ZIP_CM_STORE, 0));
+        // The same files make the same archive at any time and in any time zone.
+        constexpr zip_uint16_t first_of_january_1980 = (1U << 5U) | 1U;
+        static_cast<void>(
+            zip_file_set_dostime(archive.get(), static_cast<zip_uint64_t>(at), 0, first_of_january_1980, 0));
     }
     if (zip_close(archive.get()) != 0) refuse(zip_strerror(archive.get()));
     static_cast<void>(archive.release());  // closed
