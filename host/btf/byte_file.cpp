@@ -96,4 +96,15 @@ void read_scalars(const ByteFile& file, std::uint64_t at, Scalar scalar, float* 
     }
 }
 
+void ByteWriter::bytes(const void* from, std::size_t count) {
+    const auto* at = static_cast<const char*>(from);
+    while (count > 0) {
+        const ssize_t done = ::write(descriptor_, at, count);
+        if (done < 0 && errno == EINTR) continue;
+        if (done <= 0) throw InputError(asked_, std::strerror(errno), "make room on the disk");
+        at += done;
+        count -= static_cast<std::size_t>(done);
+    }
+}
+
 }  // namespace btfield::detail

@@ -1,9 +1,6 @@
 #include "host/btf/containers.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -292,31 +289,6 @@ class ContainerSource : public BtfSource {
     Contents contents_;
     BtfDescription description_;
     std::vector<int> picture_of_;
-};
-
-/// Bytes to a file under construction.
-class ByteWriter {
-  public:
-    ByteWriter(int descriptor, std::string asked) : descriptor_(descriptor), asked_(std::move(asked)) {}
-    void bytes(const void* from, size_t count) {
-        const auto* at = static_cast<const char*>(from);
-        while (count > 0) {
-            const ssize_t done = ::write(descriptor_, at, count);
-            if (done < 0 && errno == EINTR) continue;
-            if (done <= 0) throw InputError(asked_, std::strerror(errno), "make room on the disk");
-            at += done;
-            count -= static_cast<size_t>(done);
-        }
-    }
-    template <typename Value>
-    void value(Value v) {
-        bytes(&v, sizeof v);
-    }
-    void text(std::string_view t) { bytes(t.data(), t.size()); }
-
-  private:
-    int descriptor_;
-    std::string asked_;
 };
 
 /// A picture as the container has colours: XYZ whose white is 100, which is all that MIF knows.

@@ -81,6 +81,7 @@ class Ubo2014 : public BtfSource {
         if (description_.planes != 3 &&
             std::ranges::none_of(header_.channels, [](const std::string& name) { return name.empty(); }))
             description_.names = header_.channels;
+        description_.light_cosine = header_.cosine || header_.version < 2;
         description_.bytes = file_.size();
         std::vector<MeasuredPair> pairs;
         for (size_t v = 0; v < header_.views.size(); ++v)

@@ -60,6 +60,9 @@ struct BtfDescription {
     std::vector<BtfDirection> true_lights;
     /// [view][light] whether there is a picture. Empty: everywhere.
     std::vector<std::uint8_t> present;
+    /// Whether values are what a camera sees, so that they have the cosine of the light's theta in them. A
+    /// .btf may say that they have not: they are reflectances then, and taken as they are.
+    bool light_cosine = true;
     std::uintmax_t bytes = 0;  ///< of all files; 0 where there are none
     /// What may surprise, one sentence each, without capital and full stop.
     std::vector<std::string> remarks;

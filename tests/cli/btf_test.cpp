@@ -155,13 +155,22 @@ TEST_F(CliBtf, ConvertsBetweenFormats) {
     EXPECT_EQ(part["pictures"], 4);
     EXPECT_EQ(part["size"], json::array({8, 6}));
     EXPECT_EQ(expect_object({"btf", "info", at("part")})["format"], "ubo2003");
+    const json factored =
+        expect_object({"btf", "convert", at("set"), "-o", at("set.btf"), "--components", "2"});
+    EXPECT_EQ(factored.at("format"), "ubo2014-fmf");
+    EXPECT_EQ(factored.at("components"), 2);
+    EXPECT_GT(factored.at("relative_error"), 0.0);
+    EXPECT_LT(factored.at("relative_error"), 0.2);
+    EXPECT_TRUE(BtfSet::open(at("set.btf")).description().height.planes() == 1);
+    expect_failure({"btf", "convert", at("set"), "-o", at("y.tbig"), "--components", "2"}, 2,
+                   "--components: of .btf alone; tbig keeps pictures as they are");
     expect_failure({"btf", "convert", at("set"), "-o", at("set")}, 1, "that is the input");
     expect_failure({"btf", "convert", at("set"), "-o", at("set/part")}, 1, "it lies in the input");
     expect_failure({"btf", "convert", at("set"), "-o", at("x.mif"), "--exposure", "2"}, 1,
                    "the exposure is not 1");
     EXPECT_FALSE(fs::exists(at("x.mif")));
     // Names that were meant to be something else are no folders; what is there stays.
-    for (const char* name : {"x.tbgi", "x.png", "x.btf"})
+    for (const char* name : {"x.tbgi", "x.png", "x.bdi"})
         expect_failure({"btf", "convert", at("set"), "-o", at(name)}, 1, "no file of a set ends in");
     const std::string before = test::bytes_of(at("set.tbig"));
     const Words again{"btf", "convert", at("set"), "-o", at("set.tbig"), "--view-stride", "2"};
