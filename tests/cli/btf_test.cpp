@@ -340,6 +340,11 @@ TEST_F(CliBtfModel, TexturesOfClustersAndOfPictures) {
         EXPECT_EQ(read_picture(at("one.exr")).image.size(), (Size{32, 48}));
         expect_failure({"btf", "synth", at(model), "-o", at("x.exr"), "--surface"}, 1,
                        "textures of pictures");
+        const json ball =
+            expect_object({"btf", "render", at(model), "-o", at("ball.exr"), "--size", "48", "--overwrite"});
+        EXPECT_EQ(ball["method"], info["method"]);
+        EXPECT_GT(read_picture(at("ball.exr")).image.at(1, 16, 16), 0.1F);
+        expect_failure({"btf", "view", at(model), "-o", at("x.html")}, 1, "--method joint");
     }
     const json all =
         expect_object({"btf", "synth", at("s.btfm"), "-o", at("all"), "--all", "--type", "half"});
@@ -394,8 +399,8 @@ class CliBtfShown : public CliBtf {
 
 TEST_F(CliBtfShown, RendersShapesAndSeries) {
     const json one = expect_object({"btf", "render", at("m.btfm"), "-o", at("ball.png"), "--size", "64x48"});
-    expect_keys(one, {"outputs", "shape", "size", "views", "lights", "tile", "tileable", "tiles_around",
-                      "scale", "seed", "exposure", "gamma", "clamped_pixels", "device"});
+    expect_keys(one, {"outputs", "method", "shape", "size", "views", "lights", "tile", "tileable",
+                      "tiles_around", "scale", "seed", "exposure", "gamma", "clamped_pixels", "device"});
     expect_seconds(one, {"setup", "per_picture", "write", "total"});
     EXPECT_EQ(one["shape"], "sphere");
     EXPECT_EQ(one["lights"], json::parse("[[45.0, 135.0]]"));
