@@ -36,6 +36,7 @@ struct BtfFitArguments {
     BtfMethod method = BtfMethod::joint;
     BtfFitOptions fit;
     std::optional<int> clusters, jobs;
+    std::optional<Shard> shard;
     std::optional<BtfMatch> match;
     std::optional<double> height_scale;
     bool overwrite = false, json = false;
@@ -222,6 +223,7 @@ const std::vector<MethodOption>& method_options() {
         {"--planes", {joint}},        {"--height", {joint}},   {"--height-scale", {joint}},
         {"--find-scale", {joint}},    {"--periodic", {joint}}, {"--clusters", {segment, joint}},
         {"--match", {segment, each}}, {"--jobs", {each}},      {"--table-error", {joint}},
+        {"--shard", {each}},
     };
     return options;
 }
@@ -257,6 +259,7 @@ TexturesFitArguments textures_arguments(const CLI::App& command, const BtfFitArg
                                    .device = options.device,
                                    .reading = options.reading,
                                    .fit = BtfTexturesOptions(options.method),
+                                   .shard = options.shard,
                                    .overwrite = options.overwrite,
                                    .json = options.json};
     BtfTexturesOptions& fit = arguments.fit;
@@ -295,6 +298,9 @@ void add_btf_fit(CLI::App& parent, Action& action) {
                "means)");
     add_int(*command, "--jobs", options->jobs, 1, 1024,
             "each: pictures that are fitted at a time (default: as many as there are cores)");
+    add_shard(
+        *command, [options](Shard shard) { options->shard = shard; },
+        "each: only every n-th picture, beside the model; the same command without --shard joins all shards");
     add_int(*command, "--leave-out", fit.leave_out.pairs, 0, 1 << 20,
             "do not show a picture in n to the fit, and tell how well those are made up");
     add_int(*command, "--leave-out-views", fit.leave_out.views, 0, 1 << 20,
@@ -348,7 +354,9 @@ void add_btf_fit(CLI::App& parent, Action& action) {
                                    "the surface's own pixels, for larger ones: stones stay stones"},
                                   {"btfield btf fit set/ -o few.btfm --method segment --clusters 10"},
                                   {"btfield btf fit set/ -o all.btfm --method each",
-                                   "goes on where a run was that did not end"}}});
+                                   "goes on where a run was that did not end"},
+                                  {"btfield btf fit set/ -o all.btfm --method each --shard 2/8"},
+                                  {"mpirun -n 16 btfield btf fit set/ -o all.btfm --method each"}}});
     command->callback([command, options, &action] {
         check_method(*command, options->method);
         check_surface(*command, options->method, options->fit.surface);
