@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/half.hpp"
+#include "host/btf/file_stamp.hpp"
 #include "host/pictures/picture_format.hpp"
 
 namespace btfield::detail {
@@ -23,6 +24,7 @@ ByteFile::ByteFile(const std::filesystem::path& path, std::string asked)
                          "check name and permissions");
     if (!S_ISREG(status.st_mode)) throw InputError(asked_, "it is no file", "give a file or a folder");
     size_ = static_cast<std::uint64_t>(status.st_size);
+    stamp_ = file_stamp(status);
 }
 
 void ByteFile::read(std::uint64_t at, void* to, std::uint64_t bytes) const {

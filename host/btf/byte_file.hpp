@@ -25,13 +25,15 @@ class ByteFile {
     ByteFile(const std::filesystem::path& path, std::string asked);
     [[nodiscard]] const std::string& asked() const { return asked_; }
     [[nodiscard]] std::uint64_t size() const { return size_; }
+    /// file_stamp() when it was opened.
+    [[nodiscard]] const std::string& stamp() const { return stamp_; }
     /// \throws InputError when the file ends before, or cannot be read
     void read(std::uint64_t at, void* to, std::uint64_t bytes) const;
     /// \throws InputError  whose remedy is to give a complete and undamaged file
     [[noreturn]] void refuse(const std::string& found) const;
 
   private:
-    std::string asked_;
+    std::string asked_, stamp_;
     Descriptor file_;
     std::uint64_t size_ = 0;
 };

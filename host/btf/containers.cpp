@@ -266,6 +266,7 @@ class ContainerSource : public BtfSource {
                                            " tiles of each picture, of which the first is taken");
     }
     [[nodiscard]] const BtfDescription& description() const override { return description_; }
+    [[nodiscard]] std::string stamp(int, int) const override { return file_.stamp(); }
     [[nodiscard]] Image picture(int view, int light) const override {
         const size_t at = static_cast<size_t>(view) * description_.lights.size() + static_cast<size_t>(light);
         const uint64_t place = contents_.at[static_cast<size_t>(picture_of_[at])],

@@ -79,6 +79,9 @@ class BTFIELD_API BtfSource {
     /// Linear light, of the described size, planes and space. Called from any number of threads at a time,
     /// for pictures that are present.
     [[nodiscard]] virtual Image picture(int view, int light) const = 0;
+    /// Of a picture that is present, what is another text once its values may be others: size and times of
+    /// its file. Empty: not known.
+    [[nodiscard]] virtual std::string stamp(int view, int light) const;
 
   protected:
     BtfSource() = default;
@@ -146,6 +149,8 @@ class BTFIELD_API BtfSet {
     /// \throws InputError when it is missing, has another size or number of planes than the first, or what
     ///     read_picture() refuses
     [[nodiscard]] Image picture(int view, int light) const;
+    /// BtfSource::stamp() of one that is there.
+    [[nodiscard]] std::string stamp(int view, int light) const;
 
   private:
     std::shared_ptr<const BtfSource> source_;
