@@ -233,9 +233,12 @@ class CliBtfModel : public CliBtf {
 
 TEST_F(CliBtfModel, FitsAndGrows) {
     const json fitted = expect_object(fit("m.btfm", {"--leave-out", "9", "--levels", "1", "--order", "1"}));
-    expect_keys(fitted, {"output", "method", "planes", "unexplained", "clusters", "pictures", "relief",
-                         "left_out", "model", "valid", "bytes", "compression_ratio", "device"});
+    expect_keys(fitted,
+                {"output", "method", "planes", "unexplained", "clusters", "pictures", "relief", "left_out",
+                 "model", "structure_distance", "valid", "bytes", "compression_ratio", "device"});
     expect_seconds(fitted, {"total"});
+    EXPECT_GT(fitted["structure_distance"], 0.0);
+    EXPECT_LT(fitted["structure_distance"], 2.0);
     EXPECT_EQ(fitted["method"], "joint");
     EXPECT_EQ(fitted["planes"], 4);
     EXPECT_EQ(fitted["pictures"], 72);
