@@ -20,6 +20,13 @@ MatrixXd upper_factor(const MatrixXd& a) {
     return Eigen::HouseholderQR<MatrixXd>(a).matrixQR().triangularView<Eigen::Upper>();
 }
 
+RowMajorMatrix orthonormal_columns(const RowMajorMatrix& a) {
+    const Eigen::HouseholderQR<MatrixXd> solver{MatrixXd(a)};
+    MatrixXd q = MatrixXd::Identity(a.rows(), a.cols());
+    q.applyOnTheLeft(solver.householderQ());
+    return q;
+}
+
 double spectral_radius(const MatrixXcd& a) {
     if (!a.allFinite()) return std::numeric_limits<double>::infinity();
     const Eigen::ComplexSchur<MatrixXcd> schur(a, false);

@@ -18,6 +18,10 @@ namespace btfield::detail {
 /// U, upper triangular, of a = Q U with QᵀQ = I. Precondition: a is square.
 [[nodiscard]] Eigen::MatrixXd upper_factor(const Eigen::MatrixXd& a);
 
+/// Q of a = Q U with QᵀQ = I, of the size of a: where columns depend on those before them, any that are
+/// orthogonal to these. Precondition: a has no fewer rows than columns.
+[[nodiscard]] RowMajorMatrix orthonormal_columns(const RowMajorMatrix& a);
+
 /// The largest |eigenvalue|; infinite where a holds what is not finite, or where no eigenvalues are found.
 [[nodiscard]] double spectral_radius(const Eigen::MatrixXcd& a);
 

@@ -17,7 +17,8 @@ struct Names<BtfFormat> {
                                                                   {BtfFormat::spectral, "spectral"},
                                                                   {BtfFormat::tbig, "tbig"},
                                                                   {BtfFormat::big, "big"},
-                                                                  {BtfFormat::mif, "mif"}});
+                                                                  {BtfFormat::mif, "mif"},
+                                                                  {BtfFormat::fmf, "ubo2014-fmf"}});
 };
 
 template <>

@@ -11,10 +11,13 @@
 #include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/text.hpp"
 #include "host/btf/btf_names.hpp"
 #include "host/btf/containers.hpp"
+#include "host/btf/fmf_output.hpp"
 #include "host/btf/memory_file.hpp"
 #include "host/btf/picture_coding.hpp"
+#include "host/btf/picture_factors.hpp"
 #include "host/btf/side_file.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
@@ -46,6 +49,11 @@ std::optional<Container> container_for(BtfFormat format) {
     if (format == BtfFormat::big) return Container::big;
     if (format == BtfFormat::mif) return Container::mif;
     return std::nullopt;
+}
+
+/// Of all pictures together.
+bool is_file(BtfFormat format) {
+    return container_for(format) || format == BtfFormat::fmf;
 }
 
 PixelType type_of_container(const BtfWriteOptions& options) {
@@ -141,6 +149,27 @@ BtfWriteReport write_archive(const fs::path& path, const BtfSet& set, const BtfW
     return pictures.report();
 }
 
+BtfWriteReport write_file(const fs::path& path, const BtfSet& set, const BtfWriteOptions& options) {
+    const std::optional<Container> kind = container_for(options.format);
+    BtfWriteReport report;
+    report.pictures = set.pictures().size();
+    const std::uint64_t all = report.pictures * (kind ? 1 : factor_readings);
+    const auto next = [&](std::uint64_t done) {
+        if (options.progress) options.progress(done, all);
+    };
+    if (kind) {
+        write_container(path, *kind, set, type_of_container(options), next);
+    } else {
+        const FmfReport fmf = write_fmf(path, set, type_of_container(options), options.components, next);
+        report.components = fmf.components;
+        report.relative_error = fmf.relative_error;
+    }
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(path, error);
+    report.bytes = error ? 0 : bytes;
+    return report;
+}
+
 }  // namespace
 
 std::string_view name(BtfFormat format) {
@@ -148,7 +177,10 @@ std::string_view name(BtfFormat format) {
 }
 
 void check_btf_output(const fs::path& path, const BtfDescription& set, const BtfWriteOptions& options) {
-    if (const std::optional<Container> kind = container_for(options.format)) {
+    if (options.components < 1)
+        throw InputError(asked_of(path), counted(options.components, "component") + " were asked for",
+                         "give a number from 1 on");
+    if (is_file(options.format)) {
         const std::string asked = asked_of(path);
         if (options.exposure != 1.0)
             throw InputError(asked, "the exposure is not 1, and such a file has no place to say so",
@@ -171,15 +203,7 @@ void check_btf_output(const fs::path& path, const BtfDescription& set, const Btf
 
 BtfWriteReport write_btf(const fs::path& path, const BtfSet& set, const BtfWriteOptions& options) {
     check_btf_output(path, set.description(), options);
-    if (const std::optional<Container> kind = container_for(options.format)) {
-        const std::uint64_t all = set.pictures().size();
-        write_container(path, *kind, set, type_of_container(options), [&](std::uint64_t done) {
-            if (options.progress) options.progress(done, all);
-        });
-        std::error_code error;
-        const std::uintmax_t bytes = fs::file_size(path, error);
-        return {all, error ? 0 : bytes, 0};
-    }
+    if (is_file(options.format)) return write_file(path, set, options);
     if (is_zip_name(path)) return write_archive(path, set, options);
     const BtfEncoder encoder(set.description(), options, asked_of(path));
     make_folder(path);
@@ -209,7 +233,7 @@ BtfWriteReport write_btf(const fs::path& path, const BtfSet& set, const BtfWrite
         if (options.progress) options.progress(first + count, pairs.size());
     }
     return {pairs.size(), std::accumulate(bytes.begin(), bytes.end(), std::uintmax_t{0}),
-            std::accumulate(clamped.begin(), clamped.end(), std::uintmax_t{0})};
+            std::accumulate(clamped.begin(), clamped.end(), std::uintmax_t{0}), 0, 0.0};
 }
 
 }  // namespace btfield

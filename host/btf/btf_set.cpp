@@ -107,6 +107,10 @@ std::shared_ptr<const BtfSource> open_source(const std::filesystem::path& path, 
 
 BtfSource::~BtfSource() = default;
 
+std::string BtfSource::stamp(int, int) const {
+    return {};
+}
+
 BtfSet::BtfSet(std::shared_ptr<const BtfSource> source, const BtfOptions& options)
     : source_(std::move(source)), options_(options), description_(source_->description()) {
     check_description(description_);
@@ -179,6 +183,10 @@ Image BtfSet::picture(int view, int light) const {
                 ", the set " + text_of(whole) + " and " + std::to_string(planes()),
             "give pictures of one size and kind");
     return taken(std::move(image), options_);
+}
+
+std::string BtfSet::stamp(int view, int light) const {
+    return source_->stamp(view * options_.view_stride, light * options_.light_stride);
 }
 
 }  // namespace btfield

@@ -81,6 +81,7 @@ class TexturesFitting {
         moments_.resize(shown_.size());
     }
     [[nodiscard]] BtfTexturesFit run();
+    [[nodiscard]] BtfShardFit run_shard(int shard, int shards);
 
   private:
     void tell(std::string_view stage, double share) const {
@@ -90,6 +91,9 @@ class TexturesFitting {
     [[nodiscard]] PictureFeatures read_pictures();
     void segment(BtfTexturesFit& fit);
     void each(BtfTexturesFit& fit);
+    /// \param missing  of `all` pictures that this run is to have in the end
+    void fit_missing(EachPart& part, const std::vector<std::size_t>& missing, std::size_t all,
+                     std::vector<PictureTexture>& textures);
     void add_texture(BtfTextures& model, PictureTexture texture) const;
     void fill_tables(BtfTextures& model) const;
     void remark_invalid(BtfTexturesFit& fit) const;
@@ -145,20 +149,8 @@ void TexturesFitting::segment(BtfTexturesFit& fit) {
     for (PictureTexture& texture : textures) add_texture(model, std::move(texture));
 }
 
-void TexturesFitting::each(BtfTexturesFit& fit) {
-    BtfTextures& model = fit.model;
-    EachPart part(options_->part, *set_, *options_);
-    std::vector<PictureTexture> textures(shown_.size());
-    std::vector<std::size_t> missing;
-    auto kept = part.take();
-    for (std::size_t i = 0; i < shown_.size(); ++i) {
-        const auto found = kept.find(i);
-        if (found != kept.end())
-            textures[i] = std::move(found->second);
-        else
-            missing.push_back(i);
-    }
-    fit.resumed = shown_.size() - missing.size();
+void TexturesFitting::fit_missing(EachPart& part, const std::vector<std::size_t>& missing, std::size_t all,
+                                  std::vector<PictureTexture>& textures) {
     work_through(
         missing.size(), jobs(),
         [&](std::size_t at) {
@@ -167,8 +159,45 @@ void TexturesFitting::each(BtfTexturesFit& fit) {
             part.add(i, textures[i]);
         },
         [&](std::size_t done) {
-            tell("textures", static_cast<double>(fit.resumed + done) / static_cast<double>(textures.size()));
+            tell("textures", static_cast<double>(all - missing.size() + done) / static_cast<double>(all));
         });
+}
+
+BtfShardFit TexturesFitting::run_shard(int shard, int shards) {
+    BtfShardFit result;
+    result.part = shard_part(options_->part, shard, shards);
+    EachPart part(result.part, *set_, *options_);
+    const auto kept = part.take();
+    std::vector<std::size_t> missing;
+    for (auto i = static_cast<std::size_t>(shard - 1); i < shown_.size();
+         i += static_cast<std::size_t>(shards)) {
+        ++result.pictures;
+        if (!kept.contains(i)) missing.push_back(i);
+    }
+    result.resumed = result.pictures - missing.size();
+    std::vector<PictureTexture> textures(shown_.size());
+    if (result.pictures > 0) fit_missing(part, missing, result.pictures, textures);
+    return result;
+}
+
+void TexturesFitting::each(BtfTexturesFit& fit) {
+    BtfTextures& model = fit.model;
+    EachPart part(options_->part, *set_, *options_);
+    std::vector<PictureTexture> textures(shown_.size());
+    std::vector<std::size_t> missing;
+    auto kept = part.take();
+    // Whoever joins shards waits for them: their parts are locked as long as they work.
+    for (const std::filesystem::path& other : shard_parts(options_->part))
+        kept.merge(EachPart(other, *set_, *options_).take());
+    for (std::size_t i = 0; i < shown_.size(); ++i) {
+        const auto found = kept.find(i);
+        if (found != kept.end())
+            textures[i] = std::move(found->second);
+        else
+            missing.push_back(i);
+    }
+    fit.resumed = shown_.size() - missing.size();
+    fit_missing(part, missing, textures.size(), textures);
     model.labels.resize(shown_.size());
     std::iota(model.labels.begin(), model.labels.end(), std::uint16_t{0});
     model.sources.resize(shown_.size());
@@ -238,6 +267,25 @@ BtfTexturesOptions::BtfTexturesOptions(BtfMethod how) : method(how), field(field
 BtfTexturesFit fit_btf_textures(Device& device, const BtfSet& set, const BtfTexturesOptions& options) {
     check_options(set, options);
     return TexturesFitting(device, set, options).run();
+}
+
+BtfShardFit fit_btf_shard(Device& device, const BtfSet& set, const BtfTexturesOptions& options, int shard,
+                          int shards) {
+    const std::string asked = "fit shard " + std::to_string(shard) + " of " + std::to_string(shards);
+    if (options.method != BtfMethod::each)
+        throw InputError(asked,
+                         "the method " + std::string(name(options.method)) + " needs all pictures at once",
+                         "use the method each, or one process");
+    if (shards < 1 || shard < 1 || shard > shards)
+        throw InputError(asked, "there is no such shard", "give 1 to the number of shards");
+    if (options.part.empty())
+        throw InputError(asked, "no part is named", "name one: it is where shards leave what they did");
+    check_options(set, options);
+    return TexturesFitting(device, set, options).run_shard(shard, shards);
+}
+
+std::vector<std::filesystem::path> btf_shard_parts(const std::filesystem::path& part) {
+    return shard_parts(part);
 }
 
 }  // namespace btfield

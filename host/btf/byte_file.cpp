@@ -11,6 +11,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/half.hpp"
+#include "host/btf/file_stamp.hpp"
 #include "host/pictures/picture_format.hpp"
 
 namespace btfield::detail {
@@ -23,6 +24,7 @@ ByteFile::ByteFile(const std::filesystem::path& path, std::string asked)
                          "check name and permissions");
     if (!S_ISREG(status.st_mode)) throw InputError(asked_, "it is no file", "give a file or a folder");
     size_ = static_cast<std::uint64_t>(status.st_size);
+    stamp_ = file_stamp(status);
 }
 
 void ByteFile::read(std::uint64_t at, void* to, std::uint64_t bytes) const {
@@ -93,6 +95,17 @@ void read_scalars(const ByteFile& file, std::uint64_t at, Scalar scalar, float* 
             if (!std::isfinite(value)) file.refuse("a value is not a finite number");
             to[first + i] = value;
         }
+    }
+}
+
+void ByteWriter::bytes(const void* from, std::size_t count) {
+    const auto* at = static_cast<const char*>(from);
+    while (count > 0) {
+        const ssize_t done = ::write(descriptor_, at, count);
+        if (done < 0 && errno == EINTR) continue;
+        if (done <= 0) throw InputError(asked_, std::strerror(errno), "make room on the disk");
+        at += done;
+        count -= static_cast<std::size_t>(done);
     }
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "host/base/file_output.hpp"
@@ -24,13 +25,15 @@ class ByteFile {
     ByteFile(const std::filesystem::path& path, std::string asked);
     [[nodiscard]] const std::string& asked() const { return asked_; }
     [[nodiscard]] std::uint64_t size() const { return size_; }
+    /// file_stamp() when it was opened.
+    [[nodiscard]] const std::string& stamp() const { return stamp_; }
     /// \throws InputError when the file ends before, or cannot be read
     void read(std::uint64_t at, void* to, std::uint64_t bytes) const;
     /// \throws InputError  whose remedy is to give a complete and undamaged file
     [[noreturn]] void refuse(const std::string& found) const;
 
   private:
-    std::string asked_;
+    std::string asked_, stamp_;
     Descriptor file_;
     std::uint64_t size_ = 0;
 };
@@ -77,5 +80,23 @@ enum class Scalar : std::uint8_t { byte = 1, half = 2, float32 = 4, float64 = 8 
 [[nodiscard]] Scalar scalar_of_bytes(std::uint64_t bytes, const ByteFile& file);
 /// Reads values as float32; bytes become [0, 1]. What is not finite is refused.
 void read_scalars(const ByteFile& file, std::uint64_t at, Scalar scalar, float* to, std::uint64_t count);
+
+/// Bytes to a file under construction.
+class ByteWriter {
+  public:
+    ByteWriter(int descriptor, std::string asked) : descriptor_(descriptor), asked_(std::move(asked)) {}
+    /// \throws InputError when they cannot be written
+    void bytes(const void* from, std::size_t count);
+    template <typename Value>
+    void value(Value v) {
+        static_assert(std::is_arithmetic_v<Value>);
+        bytes(&v, sizeof v);
+    }
+    void text(std::string_view t) { bytes(t.data(), t.size()); }
+
+  private:
+    int descriptor_;
+    std::string asked_;
+};
 
 }  // namespace btfield::detail

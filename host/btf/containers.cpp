@@ -1,9 +1,6 @@
 #include "host/btf/containers.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -269,6 +266,7 @@ class ContainerSource : public BtfSource {
                                            " tiles of each picture, of which the first is taken");
     }
     [[nodiscard]] const BtfDescription& description() const override { return description_; }
+    [[nodiscard]] std::string stamp(int, int) const override { return file_.stamp(); }
     [[nodiscard]] Image picture(int view, int light) const override {
         const size_t at = static_cast<size_t>(view) * description_.lights.size() + static_cast<size_t>(light);
         const uint64_t place = contents_.at[static_cast<size_t>(picture_of_[at])],
@@ -292,31 +290,6 @@ class ContainerSource : public BtfSource {
     Contents contents_;
     BtfDescription description_;
     std::vector<int> picture_of_;
-};
-
-/// Bytes to a file under construction.
-class ByteWriter {
-  public:
-    ByteWriter(int descriptor, std::string asked) : descriptor_(descriptor), asked_(std::move(asked)) {}
-    void bytes(const void* from, size_t count) {
-        const auto* at = static_cast<const char*>(from);
-        while (count > 0) {
-            const ssize_t done = ::write(descriptor_, at, count);
-            if (done < 0 && errno == EINTR) continue;
-            if (done <= 0) throw InputError(asked_, std::strerror(errno), "make room on the disk");
-            at += done;
-            count -= static_cast<size_t>(done);
-        }
-    }
-    template <typename Value>
-    void value(Value v) {
-        bytes(&v, sizeof v);
-    }
-    void text(std::string_view t) { bytes(t.data(), t.size()); }
-
-  private:
-    int descriptor_;
-    std::string asked_;
 };
 
 /// A picture as the container has colours: XYZ whose white is 100, which is all that MIF knows.

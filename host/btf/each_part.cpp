@@ -1,9 +1,12 @@
 #include "host/btf/each_part.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -45,6 +48,31 @@ ordered_json fingerprint(const BtfTexturesOptions& options) {
 }
 
 }  // namespace
+
+std::filesystem::path shard_part(const std::filesystem::path& part, int shard, int shards) {
+    std::filesystem::path own = part;
+    own += "-" + std::to_string(shard) + "-of-" + std::to_string(shards);
+    return own;
+}
+
+std::vector<std::filesystem::path> shard_parts(const std::filesystem::path& part) {
+    std::vector<std::filesystem::path> found;
+    if (part.empty()) return found;
+    const std::string begin = part.filename().string() + "-";
+    std::error_code error;
+    std::filesystem::directory_iterator at(part.has_parent_path() ? part.parent_path() : ".", error);
+    for (const std::filesystem::directory_iterator end; !error && at != end; at.increment(error)) {
+        const std::string name = at->path().filename().string();
+        int shard = 0, shards = 0, length = 0;
+        if (!name.starts_with(begin) ||
+            std::sscanf(name.c_str() + begin.size(), "%9d-of-%9d%n", &shard, &shards, &length) != 2)
+            continue;
+        const std::filesystem::path own = shard_part(part, shard, shards);
+        if (own.filename() == name) found.push_back(own);
+    }
+    std::ranges::sort(found);
+    return found;
+}
 
 EachPart::EachPart(const std::filesystem::path& path, const BtfSet& set, const BtfTexturesOptions& options)
     : file_(path, set, fingerprint(options)) {

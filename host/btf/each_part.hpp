@@ -5,12 +5,17 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <vector>
 
 #include "btfield/btf_textures.hpp"
 #include "host/btf/part_file.hpp"
 #include "host/btf/picture_texture.hpp"
 
 namespace btfield::detail {
+
+/// The part of a shard, I of N, and those that lie beside a part, by name.
+[[nodiscard]] std::filesystem::path shard_part(const std::filesystem::path& part, int shard, int shards);
+[[nodiscard]] std::vector<std::filesystem::path> shard_parts(const std::filesystem::path& part);
 
 /// A part of which each record is a texture.
 class EachPart {

@@ -83,6 +83,7 @@ class PictureFolder : public BtfSource {
         picture_of_ = arrange(pairs, asked_, description_);
         const SideFile side = read_side_file();
         decoder_.set_exposure(side.exposure);
+        side_stamp_ = std::to_string(side.exposure) + (side.white ? " " + std::to_string(*side.white) : "");
         const fs::path& first = store_->files()[pictures_.front()].name;
         const Image image = decoder_(store_->read(pictures_.front(), decoder_.reading(first)), first);
         description_.size = image.size();
@@ -110,6 +111,12 @@ class PictureFolder : public BtfSource {
                                  std::to_string(description_.planes),
                              "give pictures of one size and kind");
         return image;
+    }
+
+    [[nodiscard]] std::string stamp(int view, int light) const override {
+        const size_t at = static_cast<size_t>(view) * description_.lights.size() + static_cast<size_t>(light);
+        const std::string file = store_->stamp(pictures_[static_cast<size_t>(picture_of_[at])]);
+        return file.empty() ? file : file + " " + side_stamp_;
     }
 
   private:
@@ -170,6 +177,7 @@ class PictureFolder : public BtfSource {
     std::string asked_;
     std::unique_ptr<PictureStore> store_;
     BtfDecoder decoder_;
+    std::string side_stamp_;  ///< what btf.json does to values
     BtfDescription description_;
     std::vector<size_t> pictures_;  ///< of the store's files
     std::vector<int> picture_of_;   ///< of these

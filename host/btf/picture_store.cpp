@@ -6,6 +6,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/strict_json.hpp"
+#include "host/btf/file_stamp.hpp"
 #include "host/btf/memory_file.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
@@ -39,12 +40,14 @@ class FolderStore : public PictureStore {
         return read_picture(files_[file].name, options);
     }
     [[nodiscard]] std::string content(size_t file) const override { return file_content(files_[file].name); }
+    [[nodiscard]] std::string stamp(size_t file) const override { return file_stamp(files_[file].name); }
 };
 
 class ZipStore : public PictureStore {
   public:
     ZipStore(const fs::path& path, const std::string& asked)
         : path_(path),
+          stamp_(file_stamp(path)),
           archive_(picture_codec(asked).open_archive(path, asked)),
           entries_(archive_->entries()) {
         std::ranges::sort(entries_, {}, &ZipEntry::name);
@@ -62,6 +65,7 @@ class ZipStore : public PictureStore {
     [[nodiscard]] std::string content(size_t file) const override {
         return archive_->read(entries_[file], asked_of(file));
     }
+    [[nodiscard]] std::string stamp(size_t) const override { return stamp_; }
 
   private:
     [[nodiscard]] std::string asked_of(size_t file) const {
@@ -69,6 +73,7 @@ class ZipStore : public PictureStore {
     }
 
     fs::path path_;
+    std::string stamp_;
     std::unique_ptr<ZipArchive> archive_;
     std::vector<ZipEntry> entries_;
 };

@@ -27,6 +27,8 @@ class PictureStore {
     [[nodiscard]] virtual Picture read(std::size_t file, const ReadOptions& options) const = 0;
     /// All bytes of a small file.
     [[nodiscard]] virtual std::string content(std::size_t file) const = 0;
+    /// Of the file, or the archive: file_stamp().
+    [[nodiscard]] virtual std::string stamp(std::size_t file) const = 0;
     /// A file beside which pictures, or folders of them, lie: the one closest to the top. −1: there is none.
     [[nodiscard]] int find(const std::string& file_name) const;
 

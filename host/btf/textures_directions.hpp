@@ -17,7 +17,10 @@ class TexturesDirections {
 
     /// The pair.
     [[nodiscard]] std::size_t nearest(const BtfDirection& view, const BtfDirection& light) const;
+    /// Directions as low as the horizon, or lower, are those of the ring.
     [[nodiscard]] BtfTextureLook look(const BtfDirection& view, const BtfDirection& light) const;
+    /// θ of the outermost ring of lights.
+    [[nodiscard]] double steepest_light() const { return directions_.points().steepest_light(); }
 
   private:
     MeasuredDirections directions_;

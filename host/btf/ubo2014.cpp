@@ -58,6 +58,7 @@ float product(const float* a, const float* b, uint64_t n) {
 class Ubo2014 : public BtfSource {
   public:
     [[nodiscard]] const BtfDescription& description() const override { return description_; }
+    [[nodiscard]] std::string stamp(int, int) const override { return file_.stamp(); }
     [[nodiscard]] Image picture(int view, int light) const override {
         const size_t at = static_cast<size_t>(view) * description_.lights.size() + static_cast<size_t>(light);
         const auto number = static_cast<uint64_t>(picture_of_[at]);
@@ -81,6 +82,12 @@ class Ubo2014 : public BtfSource {
         if (description_.planes != 3 &&
             std::ranges::none_of(header_.channels, [](const std::string& name) { return name.empty(); }))
             description_.names = header_.channels;
+        description_.light_cosine = header_.cosine || header_.version < 2;
+        if (!description_.light_cosine)
+            description_.remarks.emplace_back(
+                "it says that its values lack the cosine of the light's angle, as reflectances do; they are "
+                "taken as "
+                "they are, and pictures of low lights are too bright");
         description_.bytes = file_.size();
         std::vector<MeasuredPair> pairs;
         for (size_t v = 0; v < header_.views.size(); ++v)

@@ -30,6 +30,7 @@ void run_convert(const ConvertArguments& given) {
         object["output"] = options.writing.output;
         object["exposure"] = number(options.writing.how.exposure);
         object["clamped_pixels"] = report.clamped_pixels;
+        put_components(report, object);
         object["seconds"]["total"] = total.seconds();
         emit_json(object);
         return;
@@ -38,6 +39,7 @@ void run_convert(const ConvertArguments& given) {
                        detail::counted(report.pictures, "picture") + " of " + detail::text_of(set.size()) +
                        " pixels, as " + std::string(name(options.writing.how.format)) + ", in " +
                        seconds_text(total.seconds()) + "\n";
+    text += components_text(report);
     if (report.clamped_pixels > 0)
         text += detail::counted(report.clamped_pixels, "pixel") +
                 " are brighter than white or below black and were clamped; a lower --exposure or --type half "
@@ -58,6 +60,7 @@ void add_btf_convert(CLI::App& parent, Action& action) {
         *command,
         {.usual = {{"btfield btf convert set/ -o set.tbig"}},
          .more = {{"btfield btf convert carpet.btf -o carpet/ --type half"},
+                  {"btfield btf convert set/ -o set.btf --components 100"},
                   {"btfield btf convert set/ -o few/ --view-stride 3 --light-stride 3"}},
          .notes = {"Light stays what it is: numbers are made linear and then coded as the format has them. "
                    "Directions that were moved out of the viewer's way keep their true angle."}});

@@ -1,17 +1,23 @@
 #include "host/cli/btf_fit_textures.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string_view>
 #include <system_error>
+#include <thread>
 
 #include "btfield/device.hpp"
+#include "btfield/error.hpp"
+#include "btfield/threads.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/btf_parts.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/model_report.hpp"
+#include "host/cli/mpi_ranks.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/run_files.hpp"
 
@@ -120,8 +126,7 @@ std::string textures_fit_text(const TexturesFitArguments& options, const BtfText
                        " pictures of " + detail::text_of(model.size) + " pixels as " +
                        detail::counted(model.textures.size(), "texture") + ", " + field_name(model) +
                        ", in " + seconds_text(seconds) + "\n";
-    if (fit.resumed > 0)
-        text += std::to_string(fit.resumed) + " of them were fitted before, by a run that did not end.\n";
+    if (fit.resumed > 0) text += std::to_string(fit.resumed) + " of them were fitted by runs before.\n";
     text += model.match == BtfMatch::means ? "Each direction has its own mean and contrast.\n"
                                            : "Directions of one texture are the same picture.\n";
     if (fit.score) {
@@ -142,47 +147,84 @@ double textures_share(BtfMethod method, bool scored, std::string_view stage, dou
     return fitted * (0.85 + 0.15 * share);
 }
 
-}  // namespace
-
-void run_textures_fit(const TexturesFitArguments& given) {
-    const Stopwatch total;
-    TexturesFitArguments options = given;
-    RunFiles files(options.overwrite, options.json);
-    check_outside("write the model '" + options.output + "'", options.output, options.set);
-    files.writes_model(options.output);
-    if (options.fit.method == BtfMethod::each && !is_standard_output(options.output)) {
-        options.fit.part = options.output + ".part";
-        files.writes(options.fit.part);
+/// Shows how far a fit is.
+class TexturesProgress {
+  public:
+    /// \param all  pictures of the fit
+    TexturesProgress(const BtfTexturesOptions& fit, std::size_t all)
+        : method_(fit.method), scored_(fit.leave_out.any()), all_(static_cast<double>(all)) {}
+    void show(std::string_view stage, double share) {
+        std::string what(stage);
+        if (stage == "pictures" || (stage == "textures" && method_ == BtfMethod::each)) {
+            if (first_ < 0.0) first_ = stage == "pictures" ? 0.0 : share;
+            const double seconds = std::max(watch_.seconds(), 1e-9), done = share - first_;
+            what += ", " + number_text(all_ * done / seconds) + "/s";
+            if (done > 0.0) what += ", " + seconds_text(seconds * (1.0 - share) / done) + " left";
+        }
+        bar_.show(textures_share(method_, scored_, stage, share), what);
     }
-    const BtfSet set = open_told(options.set, options.reading);
+
+  private:
+    BtfMethod method_;
+    bool scored_;
+    double all_, first_ = -1.0;
+    Progress bar_;
+    Stopwatch watch_;
+};
+
+BtfShardFit fit_shard(Device& device, const BtfSet& set, const BtfTexturesOptions& options, Shard shard,
+                      bool told) {
+    BtfTexturesOptions fit = options;
+    TexturesProgress progress(fit, set.pictures().size() / static_cast<std::size_t>(shard.count));
+    if (told) fit.progress = [&](std::string_view stage, double share) { progress.show(stage, share); };
+    return fit_btf_shard(device, set, fit, shard.index, shard.count);
+}
+
+void run_shard(const TexturesFitArguments& options, const BtfSet& set) {
+    const Stopwatch total;
     Device device(options.device);
+    const BtfShardFit shard = fit_shard(device, set, options.fit, *options.shard, true);
+    if (options.json) {
+        Json object;
+        object["output"] = nullptr;
+        object["part"] = shard.part.string();
+        object["shard"] = Json::array({options.shard->index, options.shard->count});
+        object["method"] = std::string(name(options.fit.method));
+        object["pictures"] = shard.pictures;
+        object["resumed"] = shard.resumed;
+        object["device"] = device.info().name;
+        object["seconds"]["total"] = total.seconds();
+        emit_json(object);
+        return;
+    }
+    emit_result("wrote " + shard.part.string() + ": " + detail::counted(shard.pictures, "picture") + ", " +
+                std::to_string(shard.resumed) + " of them before, in " + seconds_text(total.seconds()) +
+                "\nThe same command without --shard joins all shards that are there.\n");
+}
+
+/// The whole fit: what parts have, and the rest.
+/// \param resumed  pictures that were there before ranks began, where there are ranks
+void fit_and_write(const TexturesFitArguments& options, const BtfSet& set, Device& device,
+                   const Stopwatch& total, std::optional<std::size_t> resumed) {
     BtfTexturesFit fit;
     StageTimes times;
+    BtfTexturesOptions how = options.fit;
     {
-        Progress progress;
-        const Stopwatch watch;
-        const auto all = static_cast<double>(set.pictures().size());
-        double first = -1.0;
-        options.fit.progress = [&](std::string_view stage, double share) {
+        TexturesProgress progress(how, set.pictures().size());
+        how.progress = [&](std::string_view stage, double share) {
             times.told(stage);
-            std::string what(stage);
-            const bool counts =
-                stage == "pictures" || (stage == "textures" && options.fit.method == BtfMethod::each);
-            if (counts) {
-                if (first < 0.0) first = stage == "pictures" ? 0.0 : share;
-                const double seconds = std::max(watch.seconds(), 1e-9), done = share - first;
-                what += ", " + number_text(all * done / seconds) + "/s";
-                if (done > 0.0) what += ", " + seconds_text(seconds * (1.0 - share) / done) + " left";
-            }
-            progress.show(textures_share(options.fit.method, options.fit.leave_out.any(), stage, share),
-                          what);
+            progress.show(stage, share);
         };
-        fit = fit_btf_textures(device, set, options.fit);
+        fit = fit_btf_textures(device, set, how);
     }
+    if (resumed) fit.resumed = *resumed;
     for (const std::string& remark : fit.remarks) warn("'" + options.output + "': " + remark);
     write_btf_textures(options.output, fit.model);
-    std::error_code ignored;
-    if (!options.fit.part.empty()) fs::remove(options.fit.part, ignored);
+    if (!how.part.empty()) {
+        std::error_code ignored;
+        for (const fs::path& part : btf_shard_parts(how.part)) fs::remove(part, ignored);
+        fs::remove(how.part, ignored);
+    }
     const std::uintmax_t bytes = model_file_bytes(options.output);
     if (options.json) {
         Json object = textures_fit_json(options, fit, bytes);
@@ -192,6 +234,105 @@ void run_textures_fit(const TexturesFitArguments& given) {
         emit_json(object);
     } else {
         emit_result(textures_fit_text(options, fit, bytes, total.seconds()));
+    }
+}
+
+// What ranks tell each other: rank 0 whether there is work; others that they have done it, behind that how
+// many pictures they had before, or why not.
+constexpr std::string_view rank_begins = "begin", rank_ends = "end", rank_done = "done ";
+constexpr std::chrono::milliseconds message_interval{5};
+
+ExperimentRanks::Message next_message(ExperimentRanks& ranks) {
+    for (;;) {
+        if (auto message = ranks.receive()) return *message;
+        std::this_thread::sleep_for(message_interval);
+    }
+}
+
+void tell_ranks(ExperimentRanks& ranks, std::string_view what) {
+    for (int rank = 1; rank < ranks.size(); ++rank) ranks.send(rank, std::string(what));
+}
+
+/// A rank but the first.
+void run_as_rank(const TexturesFitArguments& options, ExperimentRanks& ranks) {
+    if (next_message(ranks).bytes != rank_begins) return;
+    std::string end(rank_done);
+    try {
+        const BtfSet set = BtfSet::open(options.set, options.reading);
+        Device device(options.device);
+        const Shard own{ranks.rank() + 1, ranks.size()};
+        end += std::to_string(fit_shard(device, set, options.fit, own, false).resumed);
+    } catch (const std::exception& error) {
+        end = error.what();
+    }
+    ranks.send(0, end);
+}
+
+/// \return pictures that parts had before
+std::size_t share_with_ranks(Device& device, const BtfSet& set, const TexturesFitArguments& options,
+                             ExperimentRanks& ranks) {
+    tell_ranks(ranks, rank_begins);
+    const BtfShardFit own = fit_shard(device, set, options.fit, {1, ranks.size()}, true);
+    std::size_t resumed = own.resumed;
+    std::string trouble;
+    for (int others = ranks.size() - 1; others > 0; --others) {
+        const ExperimentRanks::Message message = next_message(ranks);
+        if (message.bytes.starts_with(rank_done))
+            resumed +=
+                parse_number(message.bytes.substr(rank_done.size()), 0, set.pictures().size()).value_or(0);
+        else if (trouble.empty())
+            trouble = "rank " + std::to_string(message.rank) + " ended: " + message.bytes;
+    }
+    if (!trouble.empty())
+        throw InputError("fit '" + options.output + "'", trouble,
+                         "mend that and run the same command again: it goes on from here");
+    return resumed;
+}
+
+}  // namespace
+
+void run_textures_fit(const TexturesFitArguments& given) {
+    const Stopwatch total;
+    TexturesFitArguments options = given;
+    const bool each = options.fit.method == BtfMethod::each;
+    std::unique_ptr<ExperimentRanks> ranks = each ? open_ranks() : nullptr;
+    const bool shared = ranks && ranks->size() > 1;
+    const bool kept = each && !is_standard_output(options.output);
+    if (kept) options.fit.part = options.output + ".part";
+    if (shared) {
+        // Whoever starts ranks counts the cores.
+        if (options.fit.jobs == 0) options.fit.jobs = 1;
+        limit_threads(options.fit.jobs);
+        if (ranks->rank() > 0) {
+            run_as_rank(options, *ranks);
+            return;
+        }
+    }
+    bool begun = false;
+    std::optional<std::size_t> resumed;
+    try {
+        if (options.shard && shared)
+            throw UsageError("--shard: ranks of mpirun are shards already; leave one of them out");
+        if ((options.shard || shared) && !kept)
+            throw UsageError("shards leave what they did beside the model: name a file for it");
+        RunFiles files(options.overwrite, options.json);
+        check_outside("write the model '" + options.output + "'", options.output, options.set);
+        files.writes_model(options.output);
+        if (kept) files.writes(options.fit.part);
+        const BtfSet set = open_told(options.set, options.reading);
+        if (options.shard) {
+            run_shard(options, set);
+            return;
+        }
+        Device device(options.device);
+        if (shared) {
+            begun = true;
+            resumed = share_with_ranks(device, set, options, *ranks);
+        }
+        fit_and_write(options, set, device, total, resumed);
+    } catch (...) {
+        if (shared && !begun) tell_ranks(*ranks, rank_ends);
+        throw;
     }
 }
 

@@ -277,6 +277,7 @@ void run_make(const MakeArguments& given) {
         object["bytes"] = report.bytes;
         object["exposure"] = number(options.writing.how.exposure);
         object["clamped_pixels"] = report.clamped_pixels;
+        put_components(report, object);
         object["relief"] = number(range);
         object["height_scale"] = number(from.scale);
         object["device"] = device.info().name;
@@ -298,7 +299,7 @@ void run_make(const MakeArguments& given) {
         text +=
             " " + number_text(100.0 * static_cast<double>(report.clamped_pixels) / pixels) +
             " % of all pixels are brighter and were clamped; a lower --exposure or --type half keeps them.";
-    emit_result(text + "\n");
+    emit_result(text + "\n" + components_text(report));
 }
 
 }  // namespace

@@ -33,10 +33,11 @@ BtfFormat format_of_name(const fs::path& output, const std::string& asked) {
     if (extension == ".tbig") return BtfFormat::tbig;
     if (extension == ".big") return BtfFormat::big;
     if (extension == ".mif") return BtfFormat::mif;
+    if (extension == ".btf") return BtfFormat::fmf;
     std::error_code error;
     if (!extension.empty() && extension != ".zip" && !fs::is_directory(output, error))
         throw InputError(asked, "no file of a set ends in '" + extension + "'",
-                         "use .tbig, .big, .mif or .zip; a folder's name may end in /");
+                         "use .tbig, .big, .mif, .btf or .zip; a folder's name may end in /");
     return BtfFormat::utia;
 }
 
@@ -129,9 +130,11 @@ void add_btf_writing(CLI::App& app, BtfWritingArguments& arguments) {
         ->type_name("SET");
     add_choice(app, "--format", arguments.format,
                "folders of pictures: utia (PNG or EXR), ubo2003 (JPEG), atrium (Radiance), spectral (EXR); "
-               "files: tbig, big, mif (default: by the output's extension, else utia)");
+               "files: tbig, big, mif, ubo2014-fmf (default: by the output's extension, else utia)");
     add_choice(app, "--type", arguments.how.type,
-               "storage of values (default: uint8 for utia, half for spectral, tbig, big and mif)");
+               "storage of values (default: uint8 for utia, half for spectral and files)");
+    add_int(app, "--components", arguments.components, 1, 65536,
+            "of .btf: planes that stand for all pictures (default: 64)");
     add_positive(app, "--exposure", arguments.how.exposure,
                  "what linear light is multiplied by before it is stored; btf.json says so (default: 1)");
     app.add_flag("--overwrite", arguments.overwrite,
@@ -165,6 +168,12 @@ void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::st
                        const BtfDescription& set) {
     const std::string asked = "write the BTF '" + arguments.output + "'";
     arguments.how.format = arguments.format ? *arguments.format : format_of_name(arguments.output, asked);
+    if (arguments.components) {
+        if (arguments.how.format != BtfFormat::fmf)
+            throw UsageError("--components: of .btf alone; " + std::string(name(arguments.how.format)) +
+                             " keeps pictures as they are");
+        arguments.how.components = *arguments.components;
+    }
     std::error_code error;
     const fs::path output = fs::weakly_canonical(arguments.output, error);
     for (const std::string& input : inputs) {
@@ -191,6 +200,18 @@ BtfWriteReport write_told(const BtfWritingArguments& arguments, const BtfSet& se
                                  seconds_text(seconds * (1.0 - share) / share) + " left");
     };
     return write_btf(arguments.output, set, how);
+}
+
+void put_components(const BtfWriteReport& report, Json& object) {
+    if (report.components == 0) return;
+    object["components"] = report.components;
+    object["relative_error"] = number(report.relative_error);
+}
+
+std::string components_text(const BtfWriteReport& report) {
+    if (report.components == 0) return "";
+    return detail::counted(report.components, "component") + " stand for all pictures, with an error of " +
+           number_text(100.0 * report.relative_error) + " % (root mean square, to that of all values).\n";
 }
 
 }  // namespace btfield::cli

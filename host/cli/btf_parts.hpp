@@ -51,9 +51,10 @@ struct BtfWritingArguments {
     std::string output;
     std::optional<BtfFormat> format;
     BtfWriteOptions how;
+    std::optional<int> components;
     bool overwrite = false;
 };
-/// -o, --format, --type, --exposure, --overwrite.
+/// -o, --format, --type, --components, --exposure, --overwrite.
 void add_btf_writing(CLI::App& app, BtfWritingArguments& arguments);
 /// Chooses the format, by the output's extension where none is given; then refuses an output that is there
 /// and not empty, unless it may be overwritten, one that is an input or lies in it, and what
@@ -62,5 +63,9 @@ void check_btf_writing(BtfWritingArguments& arguments, const std::vector<std::st
                        const BtfDescription& set);
 /// With progress on a terminal.
 [[nodiscard]] BtfWriteReport write_told(const BtfWritingArguments& arguments, const BtfSet& set);
+/// components and relative_error of a .btf; nothing of others.
+void put_components(const BtfWriteReport& report, Json& object);
+/// The same, a line; empty of others.
+[[nodiscard]] std::string components_text(const BtfWriteReport& report);
 
 }  // namespace btfield::cli

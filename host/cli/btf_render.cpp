@@ -7,10 +7,12 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "btfield/btf_model.hpp"
 #include "btfield/btf_renderer.hpp"
+#include "btfield/btf_textures.hpp"
 #include "btfield/device.hpp"
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
@@ -103,7 +105,7 @@ Json direction_json(const BtfDirection& direction) {
     return Json::array({rounded(direction.theta), rounded(direction.phi)});
 }
 
-std::vector<fs::path> plan(const RenderArguments& options, const BtfModel& model) {
+std::vector<fs::path> plan(const RenderArguments& options, const BtfMeasured& model) {
     std::vector<fs::path> outputs;
     RunFiles files(options.overwrite, options.json);
     files.reads(options.model, "that is the model");
@@ -121,18 +123,28 @@ std::vector<fs::path> plan(const RenderArguments& options, const BtfModel& model
     return outputs;
 }
 
+BtfMethod method_of(const std::variant<BtfModel, BtfTextures>& model) {
+    const auto* const textures = std::get_if<BtfTextures>(&model);
+    return textures == nullptr ? BtfMethod::joint : textures->method;
+}
+
 void run_render(const RenderArguments& options) {
     const Stopwatch total;
     check_arguments(options);
     preload_picture_formats(options.output);
-    const BtfModel model = read_btf_model(options.model);
-    const std::vector<fs::path> outputs = plan(options, model);
+    const std::variant<BtfModel, BtfTextures> model = read_any_btf(options.model);
+    const auto& measured = std::visit([](const auto& either) -> const BtfMeasured& { return either; }, model);
+    const std::vector<fs::path> outputs = plan(options, measured);
     BtfScene scene = options.scene;
     if (options.size) scene.size = *options.size;
     scene.background /= options.exposure;  // what is beside the shape stays as it is
     Device device(options.device);
-    const BtfRenderer renderer(device, model, options.tile.value_or(model.size), options.seed,
+    const BtfRenderer renderer = std::visit(
+        [&](const auto& either) {
+            return BtfRenderer(device, either, options.tile.value_or(measured.size), options.seed,
                                options.allow_invalid);
+        },
+        model);
     if (!renderer.tileable())
         warn("a tile of " + detail::text_of(renderer.tile()) +
              " pixels does not continue at its edges; sides without factors above 13 do");
@@ -160,6 +172,7 @@ void run_render(const RenderArguments& options) {
                       std::to_string(i + 1) + " of " + std::to_string(frames) + " pictures");
     }
     if (options.json) {
+        object["method"] = std::string(name(method_of(model)));
         object["shape"] = name(scene.shape);
         object["size"] = size_json(scene.size);
         object["views"] = std::move(views);

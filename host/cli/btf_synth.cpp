@@ -161,9 +161,11 @@ void run_synth(const BtfSynthArguments& options) {
         object["pictures"] = report.pictures;
         object["bytes"] = report.bytes;
         object["clamped_pixels"] = report.clamped_pixels;
+        put_components(report, object);
         finish(options, std::move(object),
                "wrote " + output + ": " + std::to_string(report.pictures) + " pictures of " +
-                   detail::text_of(size) + " pixels, seed " + std::to_string(options.seed) + "\n",
+                   detail::text_of(size) + " pixels, seed " + std::to_string(options.seed) + "\n" +
+                   components_text(report),
                grown, device, set_up, total);
         return;
     }

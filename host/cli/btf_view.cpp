@@ -2,9 +2,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "btfield/btf_model.hpp"
 #include "btfield/btf_page.hpp"
+#include "btfield/btf_textures.hpp"
 #include "btfield/device.hpp"
 #include "btfield/error.hpp"
 #include "host/base/file_output.hpp"
@@ -31,7 +33,13 @@ struct ViewArguments {
 
 void run_view(const ViewArguments& options) {
     const Stopwatch total;
-    const BtfModel model = read_btf_model(options.model);
+    const std::variant<BtfModel, BtfTextures> either = read_any_btf(options.model);
+    if (const auto* const textures = std::get_if<BtfTextures>(&either))
+        throw InputError("write a page of '" + options.model + "'",
+                         "the method " + std::string(name(textures->method)) +
+                             " made textures of pictures, and a page shows planes of a surface",
+                         "use a model of btf fit --method joint, or btf render");
+    const auto& model = std::get<BtfModel>(either);
     RunFiles files(options.overwrite, options.json);
     files.reads(options.model, "that is the model");
     files.writes_text(options.output);

@@ -71,31 +71,6 @@ std::vector<DirectionMean> means_by(const std::vector<DirectedValue>& values,
     return all;
 }
 
-/// From value to colour.
-struct Scale {
-    double low = 0.0, high = 1.0;
-    bool logarithmic = false;
-    [[nodiscard]] double share(double value) const {
-        if (!logarithmic) return high > low ? (value - low) / (high - low) : 0.0;
-        if (!(value > 0.0)) return 0.0;
-        return high > low ? std::log(value / low) / std::log(high / low) : 0.0;
-    }
-};
-
-Scale scale_of(const std::vector<DirectionMean>& views, const std::vector<DirectionMean>& lights,
-               bool logarithmic) {
-    Scale scale{std::numeric_limits<double>::infinity(), 0.0, logarithmic};
-    for (const auto* means : {&views, &lights}) {
-        for (const DirectionMean& mean : *means) {
-            scale.high = std::max(scale.high, mean.mean);
-            if (mean.mean > 0.0) scale.low = std::min(scale.low, mean.mean);
-        }
-    }
-    if (!logarithmic || !std::isfinite(scale.low)) scale.low = 0.0;
-    if (!(scale.low > 0.0)) scale.logarithmic = false;
-    return scale;
-}
-
 std::pair<double, double> place_on(double centre_x, const BtfDirection& direction) {
     const double radius = disc_radius * in_degrees(direction.theta) / 90.0;
     return {centre_x + radius * std::cos(direction.phi), disc_y - radius * std::sin(direction.phi)};
@@ -119,7 +94,7 @@ std::string label(double x, double y, const char* anchor, const std::string& tex
 }
 
 std::string disc(double centre_x, const std::string& name, const std::string& unit,
-                 const std::vector<DirectionMean>& means, const Scale& scale) {
+                 const std::vector<DirectionMean>& means, const MapScale& scale) {
     std::string svg = "<g class=\"disc\">";
     for (const double theta : {30.0, 60.0, 90.0})
         svg += "<circle cx=\"" + fixed(centre_x) + "\" cy=\"" + fixed(disc_y) + "\" r=\"" +
@@ -136,7 +111,7 @@ std::string disc(double centre_x, const std::string& name, const std::string& un
     return svg;
 }
 
-std::string colour_bar(const Scale& scale, const std::string& unit) {
+std::string colour_bar(const MapScale& scale, const std::string& unit) {
     constexpr int steps = 24;
     const double top = disc_y - disc_radius, step = 2.0 * disc_radius / steps;
     std::string svg = "<g>";
@@ -168,11 +143,29 @@ std::vector<DirectionMean> means_over_views(const std::vector<DirectedValue>& va
     return means_by(values, &ExperimentDirections::light);
 }
 
+double MapScale::share(double value) const {
+    if (!logarithmic) return high > low ? (value - low) / (high - low) : 0.0;
+    if (!(value > 0.0)) return 0.0;
+    return high > low ? std::log(value / low) / std::log(high / low) : 0.0;
+}
+
+MapScale map_scale(const std::vector<std::vector<DirectedValue>>& maps, bool logarithmic) {
+    MapScale scale{std::numeric_limits<double>::infinity(), 0.0, logarithmic};
+    for (const std::vector<DirectedValue>& values : maps)
+        for (const auto& means : {means_over_lights(values), means_over_views(values)})
+            for (const DirectionMean& mean : means) {
+                scale.high = std::max(scale.high, mean.mean);
+                if (mean.mean > 0.0) scale.low = std::min(scale.low, mean.mean);
+            }
+    if (!logarithmic || !std::isfinite(scale.low)) scale.low = 0.0;
+    if (!(scale.low > 0.0)) scale.logarithmic = false;
+    return scale;
+}
+
 std::string direction_map(const std::string& title, const std::string& unit,
-                          const std::vector<DirectedValue>& values, bool logarithmic) {
+                          const std::vector<DirectedValue>& values, const MapScale& scale) {
     const std::vector<DirectionMean> views = means_over_lights(values), lights = means_over_views(values);
     if (views.empty()) return {};
-    const Scale scale = scale_of(views, lights, logarithmic);
     return "<svg viewBox=\"0 0 " + fixed(map_width) + " " + fixed(map_height) + "\" role=\"img\"><title>" +
            html_text(title) + "</title><g class=\"title\">" + label(8.0, 16.0, "start", title) + "</g>" +
            disc(views_x, "views", unit, views, scale) + disc(lights_x, "lights", unit, lights, scale) +
@@ -180,31 +173,49 @@ std::string direction_map(const std::string& title, const std::string& unit,
 }
 
 std::string direction_maps_html(const ExperimentTable& table) {
-    std::string html;
+    /// Of a material: MEMD* and the deviation's error of each model, and κ.
+    struct Maps {
+        std::string material;
+        std::size_t pictures = 0;
+        std::vector<std::vector<DirectedValue>> memd, deviation, kappa;
+    };
+    std::vector<Maps> all;
+    std::vector<std::vector<DirectedValue>> memd, deviation, kappa;
     for (const std::string& material : table.materials) {
         std::vector<const ExperimentTable::PictureRow*> rows;
         for (const ExperimentTable::PictureRow& row : table.picture_rows)
             if (row.material == material && row.directions) rows.push_back(&row);
         if (rows.empty()) continue;
-        std::string maps;
+        Maps maps{material, rows.size(), {}, {}, {}};
         for (std::size_t m = 0; m < table.rows.size(); ++m) {
-            const std::string model = model_title(table.rows[m].model);
-            maps += direction_map(model + ": MEMD*, %", " %",
-                                  values_of_rows(rows, [&](const auto& row) { return row.best[m]; }), false);
-            maps += direction_map(
-                model + ": standard deviation off by, %", " %",
-                values_of_rows(rows,
-                               [&](const auto& row) { return 100.0 * std::abs(row.std_ratio[m] - 1.0); }),
-                false);
+            maps.memd.push_back(values_of_rows(rows, [&](const auto& row) { return row.best[m]; }));
+            maps.deviation.push_back(values_of_rows(
+                rows, [&](const auto& row) { return 100.0 * std::abs(row.std_ratio[m] - 1.0); }));
         }
-        maps += direction_map("κ(256), logarithmic", "",
-                              values_of_rows(rows, [](const auto& row) { return row.kappa; }), true);
-        html += "<h3>" + html_text(material) + " by view and light</h3>\n<p>" +
-                counted(rows.size(), "picture") +
+        maps.kappa.push_back(values_of_rows(rows, [](const auto& row) { return row.kappa; }));
+        memd.insert(memd.end(), maps.memd.begin(), maps.memd.end());
+        deviation.insert(deviation.end(), maps.deviation.begin(), maps.deviation.end());
+        kappa.insert(kappa.end(), maps.kappa.begin(), maps.kappa.end());
+        all.push_back(std::move(maps));
+    }
+    const MapScale of_memd = map_scale(memd, false), of_deviation = map_scale(deviation, false),
+                   of_kappa = map_scale(kappa, true);
+    std::string html;
+    for (const Maps& maps : all) {
+        html += "<h3>" + html_text(maps.material) + " by view and light</h3>\n<p>" +
+                counted(maps.pictures, "picture") +
                 ". The middle of a disc is above the surface, its edge 90 degrees from there, phi goes "
                 "counter-clockwise from the right. Of a view the mean over its lights, of a light over its "
-                "views.</p>\n<div class=\"plots\">\n" +
-                maps + "</div>\n";
+                "views. Colours mean the same in all maps of MEMD*, of all models and materials, and so they "
+                "do in "
+                "those of deviations and of κ.</p>\n<div class=\"plots\">\n";
+        for (std::size_t m = 0; m < table.rows.size(); ++m) {
+            const std::string model = model_title(table.rows[m].model);
+            html += direction_map(model + ": MEMD*, %", " %", maps.memd[m], of_memd) +
+                    direction_map(model + ": standard deviation off by, %", " %", maps.deviation[m],
+                                  of_deviation);
+        }
+        html += direction_map("κ(256), logarithmic", "", maps.kappa.front(), of_kappa) + "</div>\n";
     }
     return html;
 }

@@ -29,14 +29,22 @@ struct DirectionMean {
 [[nodiscard]] std::vector<DirectionMean> means_over_lights(const std::vector<DirectedValue>& values);
 [[nodiscard]] std::vector<DirectionMean> means_over_views(const std::vector<DirectedValue>& values);
 
-/// SVG: two discs and what the colours mean.
+/// From value to colour. Logarithmic: the least above 0, else 0, and the largest.
+struct MapScale {
+    double low = 0.0, high = 0.0;
+    bool logarithmic = false;
+    [[nodiscard]] double share(double value) const;
+};
+/// Of all means that both discs of each of these maps show.
+[[nodiscard]] MapScale map_scale(const std::vector<std::vector<DirectedValue>>& maps, bool logarithmic);
+
+/// SVG: two discs and what the colours mean. Nothing where no value is.
 /// \param unit follows numbers: " %"
-/// \param logarithmic colours go with the logarithm
 [[nodiscard]] std::string direction_map(const std::string& title, const std::string& unit,
-                                        const std::vector<DirectedValue>& values, bool logarithmic);
+                                        const std::vector<DirectedValue>& values, const MapScale& scale);
 
 /// HTML: maps of κ, and of MEMD* and of the deviation's error of each model, of all materials that are BTFs;
-/// nothing where there is none.
+/// nothing where there is none. Maps of one thing have one scale.
 /// \param table with its picture_rows
 [[nodiscard]] std::string direction_maps_html(const ExperimentTable& table);
 

@@ -207,6 +207,24 @@ std::string asked_of(const PictureSource& source) {
     return "experiment with '" + source.name + "' of " + source.material + crop;
 }
 
+std::string place_of(const PictureSource& source) {
+    std::error_code error;
+    const fs::path file = fs::absolute(source.file, error);
+    return (error ? source.file : file).string() + "\n" + crop_text(source.crop) + "\n" +
+           reading_text(source.direction->reading) + "\n" + directions_text(source.direction->at);
+}
+
+/// \return whether it is known
+bool is_known(PictureSource& source, const std::string& stamp, const KnownPictures& known) {
+    if (stamp.empty()) return false;
+    const auto found = known.find(place_of(source));
+    if (found == known.end() || found->second.stamp != stamp) return false;
+    source.content = found->second.content;
+    source.shape = found->second.shape;
+    source.picture = picture_identity(source.content, source.crop, source.white);
+    return true;
+}
+
 /// Names the contents of a source; reads a picture of a BTF for that.
 void identify(PictureSource& source, OpenSets& sets) {
     if (!source.direction) {
@@ -226,7 +244,8 @@ void identify(PictureSource& source, OpenSets& sets) {
 
 }  // namespace
 
-std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets) {
+std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets,
+                                           KnownPictures* known) {
     check_models_of_btfs(config);
     std::vector<PictureSource> sources;
     std::set<std::pair<std::string, std::string>> seen;
@@ -242,8 +261,19 @@ std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenS
             add(matching_files(entry, config.folder, pattern), pattern);
         if (entry.btf) add(set_pictures(entry, config, sets), entry.btf->set);
     }
-    for_each_block(static_cast<int>(sources.size()),
-                   [&](int i) { identify(sources[static_cast<std::size_t>(i)], sets); });
+    std::vector<std::string> stamps(sources.size());
+    for_each_block(static_cast<int>(sources.size()), [&](int i) {
+        const auto at = static_cast<std::size_t>(i);
+        PictureSource& source = sources[at];
+        // Before it is read: what changes meanwhile is read again the next time.
+        if (known != nullptr && source.direction)
+            stamps[at] = stamp_of_direction(sets, source.file, *source.direction, source.crop);
+        if (known == nullptr || !is_known(source, stamps[at], *known)) identify(source, sets);
+    });
+    for (std::size_t i = 0; i < sources.size(); ++i)
+        if (!stamps[i].empty() && sources[i].shape)
+            known->insert_or_assign(place_of(sources[i]),
+                                    KnownPicture{stamps[i], sources[i].content, *sources[i].shape});
     return sources;
 }
 

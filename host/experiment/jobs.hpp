@@ -33,6 +33,15 @@ struct PictureShape {
     int planes = 0;
 };
 
+/// What a picture of a BTF was when it was read.
+struct KnownPicture {
+    std::string stamp;  ///< BtfSet::stamp()
+    std::string content;
+    PictureShape shape;
+};
+/// By set, reading and directions.
+using KnownPictures = std::map<std::string, KnownPicture>;
+
 /// A picture that the configuration names.
 struct PictureSource {
     std::string name;  ///< path as the configuration leads to it: relative where it is; and directions
@@ -157,7 +166,9 @@ struct WorkReport {
 /// the contents. Pictures of BTFs are read for that, one by one, and thrown away.
 /// \throws InputError when a pattern matches nothing, a file cannot be read, or two entries name the same
 ///     picture; when a set cannot be opened, or has not what is asked of it.
-[[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets);
+/// \param known  pictures of BTFs that need not be read; those that are become known
+[[nodiscard]] std::vector<PictureSource> picture_sources(const ExperimentConfig& config, OpenSets& sets,
+                                                         KnownPictures* known = nullptr);
 
 /// Reads every picture whose shape is not known from before, and throws it away.
 /// \param known  shape of a picture that was read before

@@ -38,11 +38,13 @@ Ledger::Ledger(const ExperimentConfig& config, const std::filesystem::path& data
     }
     progress_.stage = "pictures";
     if (options.progress) options.progress(progress_);
-    const std::vector<PictureSource> sources = picture_sources(config, sets);
+    KnownPictures known = database_.known_pictures();
+    const std::vector<PictureSource> sources = picture_sources(config, sets, &known);
     check_room(config, sources, check_pictures(sources, [&](const std::string& picture) {
                    return database_.shape_of(picture);
                }));
     database_.add(config, sources);
+    database_.keep(known);
     plan(sources);
     if (options.unit > 0) {
         largest_unit_ = static_cast<std::size_t>(options.unit);

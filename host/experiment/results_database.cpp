@@ -74,6 +74,10 @@ CREATE TABLE IF NOT EXISTS directions(
     view_theta REAL NOT NULL, view_phi REAL NOT NULL, light_theta REAL NOT NULL, light_phi REAL NOT NULL,
     PRIMARY KEY(folder, name, crop)
 ) STRICT, WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS stamps(
+    place TEXT PRIMARY KEY, stamp TEXT NOT NULL, content TEXT NOT NULL, width INTEGER NOT NULL,
+    height INTEGER NOT NULL, planes INTEGER NOT NULL
+) STRICT, WITHOUT ROWID;
 )sql";
 
 std::string now() {
@@ -345,6 +349,32 @@ std::map<std::string, JobStatus> ResultsDatabase::jobs_of(const std::string& pic
     query.bind(picture);
     while (query.step()) jobs.emplace(query.text(0), job_status(query.text(1)));
     return jobs;
+}
+
+KnownPictures ResultsDatabase::known_pictures() {
+    KnownPictures known;
+    Statement query(connection_, "SELECT place, stamp, content, width, height, planes FROM stamps");
+    while (query.step())
+        known.emplace(query.text(0),
+                      KnownPicture{query.text(1),
+                                   query.text(2),
+                                   {{static_cast<int>(query.number(4)), static_cast<int>(query.number(3))},
+                                    static_cast<int>(query.number(5))}});
+    return known;
+}
+
+void ResultsDatabase::keep(const KnownPictures& pictures) {
+    Transaction transaction(connection_);
+    Statement insert(connection_, "INSERT OR REPLACE INTO stamps VALUES (?, ?, ?, ?, ?, ?)");
+    for (const auto& [place, picture] : pictures)
+        insert.bind(place)
+            .bind(picture.stamp)
+            .bind(picture.content)
+            .bind_number(picture.shape.size.width)
+            .bind_number(picture.shape.size.height)
+            .bind_number(picture.shape.planes)
+            .run();
+    transaction.commit();
 }
 
 std::optional<PictureShape> ResultsDatabase::shape_of(const std::string& picture) {

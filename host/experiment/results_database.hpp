@@ -18,7 +18,8 @@
 namespace btfield::detail {
 
 /// Schema that this version writes, and the only one it reads. Tables that were added to it later (runs,
-/// members, wanted, places, directions) are made where they are missing, and done without by who only reads.
+/// members, wanted, places, directions, stamps) are made where they are missing, and done without by who only
+/// reads.
 inline constexpr int results_schema = 1;
 
 /// Writes rows. One process at a time: it holds a lock as long as it lives, and readers do not mind.
@@ -37,6 +38,10 @@ class ResultsDatabase {
     /// In one transaction. A row of a failed job is replaced, one that is done or refused never: adding it
     /// again is an error.
     void add(const WorkReport& report);
+
+    /// Pictures of BTFs that runs have read, as they were then.
+    [[nodiscard]] KnownPictures known_pictures();
+    void keep(const KnownPictures& pictures);
 
     /// Of a picture that was read before; nothing of others.
     [[nodiscard]] std::optional<PictureShape> shape_of(const std::string& picture);

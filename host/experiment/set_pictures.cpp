@@ -207,13 +207,30 @@ std::vector<PictureSource> set_pictures(const ExperimentPictures& entry, const E
     }
 }
 
-Image read_direction(OpenSets& sets, const fs::path& file, const DirectionSource& direction,
-                     const std::optional<Crop>& crop) {
+namespace {
+
+/// A set that is open, and a picture of it.
+std::pair<BtfSet, BtfPair> opened_pair(OpenSets& sets, const fs::path& file, const DirectionSource& direction,
+                                       const std::optional<Crop>& crop) {
     BtfOptions options = direction.reading;
     options.crop = crop;
-    const BtfSet set = sets.open(file, options);
+    BtfSet set = sets.open(file, options);
     const BtfPair pair = pair_of(set, direction.at, "read a picture of the BTF '" + file.string() + "'");
+    return {std::move(set), pair};
+}
+
+}  // namespace
+
+Image read_direction(OpenSets& sets, const fs::path& file, const DirectionSource& direction,
+                     const std::optional<Crop>& crop) {
+    const auto [set, pair] = opened_pair(sets, file, direction, crop);
     return set.picture(pair.view, pair.light);
+}
+
+std::string stamp_of_direction(OpenSets& sets, const fs::path& file, const DirectionSource& direction,
+                               const std::optional<Crop>& crop) {
+    const auto [set, pair] = opened_pair(sets, file, direction, crop);
+    return set.stamp(pair.view, pair.light);
 }
 
 std::string sha256_of_values(const Image& image) {

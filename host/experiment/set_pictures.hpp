@@ -49,6 +49,11 @@ void check_models_of_btfs(const ExperimentConfig& config);
 [[nodiscard]] Image read_direction(OpenSets& sets, const std::filesystem::path& file,
                                    const DirectionSource& direction, const std::optional<Crop>& crop);
 
+/// BtfSet::stamp() of that picture.
+[[nodiscard]] std::string stamp_of_direction(OpenSets& sets, const std::filesystem::path& file,
+                                             const DirectionSource& direction,
+                                             const std::optional<Crop>& crop);
+
 /// SHA-256 of size, planes and values.
 [[nodiscard]] std::string sha256_of_values(const Image& image);
 

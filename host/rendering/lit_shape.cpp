@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/btf/surface_view.hpp"
+#include "host/rendering/shape_places.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -20,33 +21,15 @@ Float4 float4(const Vector3& v) {
 /// Numbers of a colour before its weights.
 constexpr std::size_t table_head = 4;
 
-/// Of a pixel along each axis at most, as the kernels have it.
-constexpr int most_samples = 4;
 /// Floats of places that a band may take.
 constexpr std::size_t most_places = std::size_t{1} << 24;
-
-/// As the kernels have it.
-int samples_of(double texels) {
-    return std::clamp(static_cast<int>(std::ceil(static_cast<float>(texels) - 0.01F)), 1, most_samples);
-}
 
 Range range_of(int columns, int rows, int samples = 1) {
     return {static_cast<std::size_t>(columns), static_cast<std::size_t>(rows),
             static_cast<std::size_t>(samples)};
 }
 
-/// The texel in the middle of a picture's axis: that of the tile, or the nearest by which pixels 1:1 are
-/// texels.
-double middle(int picture, int tile) {
-    const double own = 0.5 * (picture - 1);
-    return own - std::floor(own - 0.5 * (tile - 1) + 0.5);
-}
-
 }  // namespace
-
-double sphere_radius(Size picture) {
-    return 0.45 * std::min(picture.width, picture.height);
-}
 
 LitShape::LitShape(DeviceImpl& device, const Image& surface, int colours)
     : device_(&device),
@@ -120,12 +103,8 @@ Image LitShape::picture(Size size, int samples, std::shared_ptr<const Buffer>& m
 
 Image LitShape::plane(const BtfScene& scene, const LitView& view, const LitTable& table) const {
     const Vector3 to = view.camera.to;
-    // A place of the plane lies 1 / cos theta as far along the view as in the picture.
-    const double more = 1.0 / (to[2] * (1.0 + to[2])), scale = 1.0 / scene.scale;
-    const double xx = scale * (1.0 + more * to[0] * to[0]), xy = scale * more * to[0] * to[1],
-                 yy = scale * (1.0 + more * to[1] * to[1]);
-    const int across = samples_of(std::hypot(xx, xy)), down = samples_of(std::hypot(xy, yy)),
-              columns = scene.size.width, rows = scene.size.height;
+    const PlanePlaces at = plane_places(scene, view.camera, size_);
+    const int columns = scene.size.width, rows = scene.size.height;
     const Buffer uploaded = upload(table);
     const auto single = [](double value) { return static_cast<float>(value); };
     Met met{scene.size, scene.scale, to, nullptr};
@@ -134,18 +113,18 @@ Image LitShape::plane(const BtfScene& scene, const LitView& view, const LitTable
         if (met_.size == met.size && met_.scale == met.scale && met_.to == met.to) met.places = met_.places;
     }
     Image image = picture(
-        scene.size, across * down, met.places,
+        scene.size, at.across * at.down, met.places,
         [&](const Buffer& places, const Buffer& rays, int first, int band) {
             device_->launch(device_->kernel("lit_shape", "place_plane", BuildParameters()),
-                            range_of(columns, band, across * down), Grain::fine, single(to[0]), single(to[1]),
-                            single(to[2]), single(middle(columns, size_.width)),
-                            single(middle(rows, size_.height)), single(xx), single(xy), single(yy), across,
-                            down, places, rays, size_.width, size_.height, columns, rows, first, band);
+                            range_of(columns, band, at.across * at.down), Grain::fine, single(to[0]),
+                            single(to[1]), single(to[2]), single(at.x), single(at.y), single(at.xx),
+                            single(at.xy), single(at.yy), at.across, at.down, places, rays, size_.width,
+                            size_.height, columns, rows, first, band);
         },
         [&](const Buffer& picture, const Buffer& places, int first, int band) {
             device_->launch(kernel("show_plane"), range_of(columns, band), Grain::fine, planes_of_pixels_,
-                            uploaded, places, across * down, single(view.light[2]), picture, size_.width,
-                            size_.height, columns, rows, first, band);
+                            uploaded, places, at.across * at.down, single(view.light[2]), picture,
+                            size_.width, size_.height, columns, rows, first, band);
         });
     const std::lock_guard lock(mutex_);
     met_ = std::move(met);
@@ -153,8 +132,7 @@ Image LitShape::plane(const BtfScene& scene, const LitView& view, const LitTable
 }
 
 Image LitShape::sphere(const BtfScene& scene, const LitView& view, const LitTable& table) const {
-    const auto radian = static_cast<float>(tiles_around(scene, size_.width) *
-                                           static_cast<double>(size_.width) / (2.0 * std::numbers::pi));
+    const auto radian = static_cast<float>(texels_of_radian(scene, size_.width));
     const auto radius = static_cast<float>(sphere_radius(scene.size));
     const Float4 right = float4(view.camera.right), up = float4(view.camera.up), to = float4(view.camera.to),
                  light = float4(view.light);

@@ -67,7 +67,4 @@ class LitShape {
     mutable Met met_;           ///< of the last plane
 };
 
-/// Pixels of the sphere's radius.
-[[nodiscard]] double sphere_radius(Size picture);
-
 }  // namespace btfield::detail

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "host/base/parallel.hpp"
 
 namespace btfield::detail {
 namespace {
 
-/// Longitudes, and latitudes with both poles: steps of 7.5 degrees.
-constexpr int longitudes = 48, latitudes = 25;
 /// Sine of the diagonal of a step: entries about any place that is seen and lit are no further behind.
 const double beside = std::sin(std::numbers::sqrt2 * 7.5 * std::numbers::pi / 180.0);
 /// Lights and views as low as the horizon are those of the ring, wherever that is.
@@ -35,21 +32,27 @@ PictureWeights lit_weights(const DirectionTable& table, const BtfDirection& view
     return weights;
 }
 
-LitTable sphere_table(const DirectionTable& table, const Vector3& camera, const Vector3& light) {
-    LitTable result{longitudes, latitudes,
-                    std::vector<PictureWeights>(static_cast<std::size_t>(longitudes * latitudes))};
-    std::vector<std::pair<std::size_t, PlaceFrame>> places;
-    for (int j = 0; j < latitudes; ++j)
-        for (int i = 0; i < longitudes; ++i) {
-            const PlaceFrame place = place_frame(2.0 * std::numbers::pi * i / longitudes,
-                                                 std::numbers::pi * (j / (latitudes - 1.0) - 0.5));
+std::vector<SpherePlace> sphere_places(const Vector3& camera, const Vector3& light) {
+    std::vector<SpherePlace> places;
+    for (int j = 0; j < sphere_latitudes; ++j)
+        for (int i = 0; i < sphere_longitudes; ++i) {
+            const PlaceFrame place = place_frame(2.0 * std::numbers::pi * i / sphere_longitudes,
+                                                 std::numbers::pi * (j / (sphere_latitudes - 1.0) - 0.5));
             if (dot(place.out, camera) > -beside && dot(place.out, light) > -beside)
-                places.emplace_back(j * longitudes + i, place);
+                places.push_back({static_cast<std::size_t>(j * sphere_longitudes + i),
+                                  seen_from(place, camera, lowest), seen_from(place, light, lowest)});
         }
+    return places;
+}
+
+LitTable sphere_table(const DirectionTable& table, const Vector3& camera, const Vector3& light) {
+    LitTable result{
+        sphere_longitudes, sphere_latitudes,
+        std::vector<PictureWeights>(static_cast<std::size_t>(sphere_longitudes * sphere_latitudes))};
+    const std::vector<SpherePlace> places = sphere_places(camera, light);
     for_each_block(static_cast<int>(places.size()), [&](int block) {
-        const auto& [index, place] = places[static_cast<std::size_t>(block)];
-        result.entries[index] =
-            lit_weights(table, seen_from(place, camera, lowest), seen_from(place, light, lowest));
+        const SpherePlace& place = places[static_cast<std::size_t>(block)];
+        result.entries[place.index] = lit_weights(table, place.view, place.light);
     });
     return result;
 }

@@ -24,8 +24,9 @@ enum class BtfFormat {
     tbig,      ///< one file as UTIA's TBIG 2 has it, linear
     big,       ///< one file as UTIA's BIG 3 has it, linear
     mif,       ///< one file, XYZ with white 100
+    fmf,       ///< one .btf file as UBO2014 has it: one factorisation of all pictures, linear
 };
-/// "utia", "ubo2003", "atrium", "spectral", "tbig", "big", "mif".
+/// "utia", "ubo2003", "atrium", "spectral", "tbig", "big", "mif", "ubo2014-fmf".
 [[nodiscard]] BTFIELD_API std::string_view name(BtfFormat format);
 
 struct BtfWriteOptions {
@@ -36,8 +37,11 @@ struct BtfWriteOptions {
     /// What linear light is multiplied by before it is stored. The file btf.json of the set says so, and
     /// BtfSet::open() divides by it. Of folders alone.
     double exposure = 1.0;
-    /// Called in the caller's thread, with the number of pictures that are written. What it throws ends the
-    /// work.
+    /// Of fmf: components that stand for all pictures, from 1 on; as many as there can be where that is
+    /// fewer.
+    int components = 64;
+    /// Called in the caller's thread, with the number of pictures that are written; of fmf, with those that
+    /// are read, each of which counts as often as it is. What it throws ends the work.
     std::function<void(std::uint64_t done, std::uint64_t all)> progress;
 };
 
@@ -45,6 +49,9 @@ struct BtfWriteReport {
     std::uint64_t pictures = 0;
     std::uintmax_t bytes = 0;           ///< of them
     std::uintmax_t clamped_pixels = 0;  ///< of all pictures, those with a value below 0 or above white
+    int components = 0;                 ///< of fmf
+    /// Of fmf: root mean square of what factors leave of all values, to that of the values.
+    double relative_error = 0.0;
 };
 
 /// Writes all pictures that are there, several at a time. Names tell where light really comes from. A folder

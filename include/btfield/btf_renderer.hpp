@@ -11,6 +11,7 @@
 #include "btfield/api.hpp"
 #include "btfield/btf_model.hpp"
 #include "btfield/btf_set.hpp"
+#include "btfield/btf_textures.hpp"
 #include "btfield/device.hpp"
 #include "btfield/image.hpp"
 
@@ -49,6 +50,12 @@ class BTFIELD_API BtfRenderer {
     /// Of a surface that is there: height in pixels, then T.
     /// \throws InputError as BtfSynthesiser does
     BtfRenderer(Device& device, const BtfModel& model, const Image& surface);
+    /// Of textures, which have no relief: each place has the nearest direction's, with the mean and contrast
+    /// of its own view and light (theory 23.3). On a plane 1:1 from above it is
+    /// BtfTextureSynthesiser::picture(). Textures are grown when a picture shows them first.
+    /// \throws InputError as BtfTextureSynthesiser does
+    BtfRenderer(Device& device, const BtfTextures& model, Size tile, std::uint64_t seed,
+                bool allow_invalid = false);
     ~BtfRenderer();
     BtfRenderer(BtfRenderer&&) noexcept;
     BtfRenderer& operator=(BtfRenderer&&) noexcept;

@@ -60,6 +60,9 @@ struct BtfDescription {
     std::vector<BtfDirection> true_lights;
     /// [view][light] whether there is a picture. Empty: everywhere.
     std::vector<std::uint8_t> present;
+    /// Whether values are what a camera sees, so that they have the cosine of the light's theta in them. A
+    /// .btf may say that they have not: they are reflectances then, and taken as they are.
+    bool light_cosine = true;
     std::uintmax_t bytes = 0;  ///< of all files; 0 where there are none
     /// What may surprise, one sentence each, without capital and full stop.
     std::vector<std::string> remarks;
@@ -76,6 +79,9 @@ class BTFIELD_API BtfSource {
     /// Linear light, of the described size, planes and space. Called from any number of threads at a time,
     /// for pictures that are present.
     [[nodiscard]] virtual Image picture(int view, int light) const = 0;
+    /// Of a picture that is present, what is another text once its values may be others: size and times of
+    /// its file. Empty: not known.
+    [[nodiscard]] virtual std::string stamp(int view, int light) const;
 
   protected:
     BtfSource() = default;
@@ -143,6 +149,8 @@ class BTFIELD_API BtfSet {
     /// \throws InputError when it is missing, has another size or number of planes than the first, or what
     ///     read_picture() refuses
     [[nodiscard]] Image picture(int view, int light) const;
+    /// BtfSource::stamp() of one that is there.
+    [[nodiscard]] std::string stamp(int view, int light) const;
 
   private:
     std::shared_ptr<const BtfSource> source_;

@@ -74,7 +74,7 @@ struct BtfTexturesOptions {
     int jobs = 0;
     /// Of each: what is done goes to this file, and what it holds when the fit begins is not done again: a
     /// fit that ended early goes on where it was. The file stays; whoever has the model written removes it.
-    /// Empty: nothing is kept.
+    /// Empty: nothing is kept. Parts of shards beside it (fit_btf_shard()) are taken, too, and stay.
     std::filesystem::path part;
     /// Called with the stage ("pictures", "clusters", "textures", "score") and the share of it that is done,
     /// in the caller's thread; what it throws ends the fit.
@@ -103,7 +103,7 @@ struct BtfTexturesFit {
     BtfTextures model;
     std::optional<BtfTexturesScore> score;  ///< of pictures that were left out
     std::vector<std::string> remarks;
-    std::size_t resumed = 0;  ///< pictures that the part held
+    std::size_t resumed = 0;  ///< pictures that parts held
 };
 
 /// segment reads every picture once, those of the textures and those left out once more; each reads every
@@ -112,6 +112,23 @@ struct BtfTexturesFit {
 ///     is of another set or other options, or in use, and what BtfSet::picture() refuses
 [[nodiscard]] BTFIELD_API BtfTexturesFit
 fit_btf_textures(Device& device, const BtfSet& set, const BtfTexturesOptions& options = BtfTexturesOptions());
+
+/// What a shard has done.
+struct BtfShardFit {
+    std::filesystem::path part;             ///< the file that holds it
+    std::size_t pictures = 0, resumed = 0;  ///< all of the shard, and those that the part held before
+};
+/// Fits every N-th picture of a set by the method each, into a part of its own: that of the options with
+/// -I-of-N behind its name. When all shards are done, in whatever processes, fit_btf_textures() with the same
+/// set and options joins their parts, and its model is that of one process to the bit; pictures that no part
+/// has it fits itself.
+/// \param shard  I, 1 to N
+/// \throws InputError as fit_btf_textures(), and when the method is not each or no part is named
+[[nodiscard]] BTFIELD_API BtfShardFit fit_btf_shard(Device& device, const BtfSet& set,
+                                                    const BtfTexturesOptions& options, int shard, int shards);
+/// The parts of shards that lie beside a part, by name. Whoever has the joined model written removes them.
+[[nodiscard]] BTFIELD_API std::vector<std::filesystem::path> btf_shard_parts(
+    const std::filesystem::path& part);
 
 /// What a picture of a direction is made of.
 struct BtfTextureLook {

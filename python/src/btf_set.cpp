@@ -172,7 +172,8 @@ void add_writing(nb::module_& module) {
             return unlocked([&] { return write_btf(path, set, options).pictures; });
         },
         nb::arg("path"), nb::arg("set"), nb::kw_only(), nb::arg("format") = "tbig",
-        "Writes a set as one file: 'tbig', 'big' or 'mif'; gives the number of pictures.\n\nRaises "
+        "Writes a set as one file: 'tbig', 'big', 'mif' or 'ubo2014-fmf'; gives the number of "
+        "pictures.\n\nRaises "
         "InputError\n"
         "when the format cannot hold the planes; folders of pictures are the command's, or the caller's.");
     module.def(

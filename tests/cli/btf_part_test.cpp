@@ -13,9 +13,12 @@
 #include <thread>
 
 #include "btfield/btf_output.hpp"
+#include "btfield/btf_textures.hpp"
 #include "btfield/made_btf.hpp"
 #include "tests/cli_cases.hpp"
 #include "tests/device_cases.hpp"
+#include "tests/json_text.hpp"
+#include "tests/mpi_cases.hpp"
 #include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -120,6 +123,50 @@ TEST_F(CliBtfPart, WhatIsDoneIsTold) {
     out.out = at("piped.json");
     EXPECT_EQ(btfield(fit("/dev/stdout"), out).code, 0);
     EXPECT_GT(fs::file_size(at("piped.json")), 1000U);
+}
+
+TEST_F(CliBtfPart, ShardsOfEachAreJoined) {
+    const auto each = [&](const std::string& model, Words more = {}) {
+        Words words{"btf",  "fit",     at("set"), "-o",       at(model), "--method",
+                    "each", "--order", "1",       "--levels", "1"};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    };
+    static_cast<void>(expect_object(each("whole.btfm")));
+    const auto shard = expect_object(each("m.btfm", {"--shard", "2/3"}));
+    test::expect_keys(shard, {"output", "part", "shard", "method", "pictures", "resumed", "device"});
+    EXPECT_EQ(shard["part"], at("m.btfm.part-2-of-3"));
+    EXPECT_EQ(shard["pictures"], 56);  // of 169
+    EXPECT_EQ(shard["resumed"], 0);
+    EXPECT_FALSE(fs::exists(at("m.btfm")));
+    // Again: nothing to do. Another, of other options: told at the join.
+    EXPECT_EQ(expect_object(each("m.btfm", {"--shard", "2/3"}))["resumed"], 56);
+    EXPECT_EQ(expect_object(each("m.btfm", {"--shard", "3/3"}))["pictures"], 56);
+    fs::copy_file(at("m.btfm.part-3-of-3"), at("other.btfm.part-3-of-3"));
+    expect_failure(each("other.btfm", {"--leave-out", "5"}), 1, "it was begun with other options");
+    // The third is missing: its pictures are fitted now.
+    EXPECT_EQ(expect_object(each("m.btfm"))["resumed"], 112);
+    EXPECT_EQ(test::bytes_of(at("m.btfm")), test::bytes_of(at("whole.btfm")));
+    for (const char* part : {"m.btfm.part", "m.btfm.part-2-of-3", "m.btfm.part-3-of-3"})
+        EXPECT_FALSE(fs::exists(at(part))) << part;
+    expect_failure(fit("m.btfm", {"--shard", "1/2", "--overwrite"}), 2, "--shard goes with --method each");
+    expect_failure(each("/dev/stdout", {"--shard", "1/2"}), 2, "name a file");
+#ifdef BTFIELD_MPI
+    Words words = each("ranks.btfm", {"--json"});
+    words.insert(words.begin(), test::command_path());
+    const Ended run = test::run_program(test::ranks(3, words));
+    ASSERT_EQ(run.code, 0) << run.err;
+    const auto told = test::parsed(run.out);  // rank 0's alone
+    EXPECT_EQ(told["pictures"], 169);
+    EXPECT_EQ(told["resumed"], 0);
+    EXPECT_EQ(test::bytes_of(at("ranks.btfm")), test::bytes_of(at("whole.btfm")));
+    EXPECT_TRUE(btf_shard_parts(at("ranks.btfm.part")).empty());
+    // What rank 0 refuses ends all of them.
+    words[5] = at("none/x.btfm");
+    const Ended wrong = test::run_program(test::ranks(2, words));
+    EXPECT_EQ(wrong.code, 1);
+    EXPECT_NE(wrong.err.find("none/x.btfm"), std::string::npos) << wrong.err;
+#endif
 }
 
 }  // namespace

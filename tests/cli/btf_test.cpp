@@ -155,13 +155,22 @@ TEST_F(CliBtf, ConvertsBetweenFormats) {
     EXPECT_EQ(part["pictures"], 4);
     EXPECT_EQ(part["size"], json::array({8, 6}));
     EXPECT_EQ(expect_object({"btf", "info", at("part")})["format"], "ubo2003");
+    const json factored =
+        expect_object({"btf", "convert", at("set"), "-o", at("set.btf"), "--components", "2"});
+    EXPECT_EQ(factored.at("format"), "ubo2014-fmf");
+    EXPECT_EQ(factored.at("components"), 2);
+    EXPECT_GT(factored.at("relative_error"), 0.0);
+    EXPECT_LT(factored.at("relative_error"), 0.2);
+    EXPECT_TRUE(BtfSet::open(at("set.btf")).description().height.planes() == 1);
+    expect_failure({"btf", "convert", at("set"), "-o", at("y.tbig"), "--components", "2"}, 2,
+                   "--components: of .btf alone; tbig keeps pictures as they are");
     expect_failure({"btf", "convert", at("set"), "-o", at("set")}, 1, "that is the input");
     expect_failure({"btf", "convert", at("set"), "-o", at("set/part")}, 1, "it lies in the input");
     expect_failure({"btf", "convert", at("set"), "-o", at("x.mif"), "--exposure", "2"}, 1,
                    "the exposure is not 1");
     EXPECT_FALSE(fs::exists(at("x.mif")));
     // Names that were meant to be something else are no folders; what is there stays.
-    for (const char* name : {"x.tbgi", "x.png", "x.btf"})
+    for (const char* name : {"x.tbgi", "x.png", "x.bdi"})
         expect_failure({"btf", "convert", at("set"), "-o", at(name)}, 1, "no file of a set ends in");
     const std::string before = test::bytes_of(at("set.tbig"));
     const Words again{"btf", "convert", at("set"), "-o", at("set.tbig"), "--view-stride", "2"};
@@ -224,9 +233,12 @@ class CliBtfModel : public CliBtf {
 
 TEST_F(CliBtfModel, FitsAndGrows) {
     const json fitted = expect_object(fit("m.btfm", {"--leave-out", "9", "--levels", "1", "--order", "1"}));
-    expect_keys(fitted, {"output", "method", "planes", "unexplained", "clusters", "pictures", "relief",
-                         "left_out", "model", "valid", "bytes", "compression_ratio", "device"});
+    expect_keys(fitted,
+                {"output", "method", "planes", "unexplained", "clusters", "pictures", "relief", "left_out",
+                 "model", "structure_distance", "valid", "bytes", "compression_ratio", "device"});
     expect_seconds(fitted, {"total"});
+    EXPECT_GT(fitted["structure_distance"], 0.0);
+    EXPECT_LT(fitted["structure_distance"], 2.0);
     EXPECT_EQ(fitted["method"], "joint");
     EXPECT_EQ(fitted["planes"], 4);
     EXPECT_EQ(fitted["pictures"], 72);
@@ -331,6 +343,11 @@ TEST_F(CliBtfModel, TexturesOfClustersAndOfPictures) {
         EXPECT_EQ(read_picture(at("one.exr")).image.size(), (Size{32, 48}));
         expect_failure({"btf", "synth", at(model), "-o", at("x.exr"), "--surface"}, 1,
                        "textures of pictures");
+        const json ball =
+            expect_object({"btf", "render", at(model), "-o", at("ball.exr"), "--size", "48", "--overwrite"});
+        EXPECT_EQ(ball["method"], info["method"]);
+        EXPECT_GT(read_picture(at("ball.exr")).image.at(1, 16, 16), 0.1F);
+        expect_failure({"btf", "view", at(model), "-o", at("x.html")}, 1, "--method joint");
     }
     const json all =
         expect_object({"btf", "synth", at("s.btfm"), "-o", at("all"), "--all", "--type", "half"});
@@ -385,8 +402,8 @@ class CliBtfShown : public CliBtf {
 
 TEST_F(CliBtfShown, RendersShapesAndSeries) {
     const json one = expect_object({"btf", "render", at("m.btfm"), "-o", at("ball.png"), "--size", "64x48"});
-    expect_keys(one, {"outputs", "shape", "size", "views", "lights", "tile", "tileable", "tiles_around",
-                      "scale", "seed", "exposure", "gamma", "clamped_pixels", "device"});
+    expect_keys(one, {"outputs", "method", "shape", "size", "views", "lights", "tile", "tileable",
+                      "tiles_around", "scale", "seed", "exposure", "gamma", "clamped_pixels", "device"});
     expect_seconds(one, {"setup", "per_picture", "write", "total"});
     EXPECT_EQ(one["shape"], "sphere");
     EXPECT_EQ(one["lights"], json::parse("[[45.0, 135.0]]"));

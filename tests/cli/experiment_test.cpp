@@ -19,6 +19,7 @@
 
 #include "tests/experiment_cases.hpp"
 #include "tests/json_text.hpp"
+#include "tests/mpi_cases.hpp"
 #include "tests/places.hpp"
 #include "tests/run_program.hpp"
 
@@ -359,38 +360,20 @@ TEST(CliExperimentLong, CommittedExperiment) {
 }
 
 #ifdef BTFIELD_MPI
-Words ranks(int count, Words words) {
-    words.insert(words.begin(), {test::mpiexec_path(), "-n", std::to_string(count)});
-    return words;
-}
-
 TEST(CliExperiment, TwoRanks) {
-    // What a container without network, remote shells or a user of its own needs from Open MPI.
-    for (const auto& [variable, value] :
-         std::map<std::string, std::string>{{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
-                                            {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
-                                            {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
-                                            {"OMPI_MCA_plm_rsh_agent", "/bin/false"},
-                                            {"OMPI_MCA_btl", "self,vader"},
-                                            {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"}}) {
-        ::setenv(variable.c_str(), value.c_str(), 1);
-    }
-    // Open MPI keeps memory in modules that it unloads: no suppression can name them.
-    if (const char* const options = std::getenv("ASAN_OPTIONS"))
-        ::setenv("ASAN_OPTIONS", (std::string(options) + ":detect_leaks=0").c_str(), 1);
     const TemporaryFolder folder;
     const std::string config = small_experiment(folder).string();
     const std::string one = (folder / "1.db").string(), two = (folder / "2.db").string();
     ASSERT_EQ(run_program(experiment({"run", config, "--out", one})).code, 0);
-    const Ended run = run_program(ranks(2, experiment({"run", config, "--out", two, "--json"})));
+    const Ended run = run_program(test::ranks(2, experiment({"run", config, "--out", two, "--json"})));
     ASSERT_EQ(run.code, 0) << run.err;
     EXPECT_EQ(test::parsed(run.out)["done"], small_jobs) << run.out;  // one object: rank 0's
     EXPECT_EQ(comparable_rows(two), comparable_rows(one));
-    const Ended again = run_program(ranks(2, experiment({"run", config, "--out", two, "--json"})));
+    const Ended again = run_program(test::ranks(2, experiment({"run", config, "--out", two, "--json"})));
     EXPECT_EQ(test::parsed(again.out)["skipped"], small_jobs);
 
     const Ended wrong =
-        run_program(ranks(2, experiment({"run", (folder / "absent.json").string(), "--out", two})));
+        run_program(test::ranks(2, experiment({"run", (folder / "absent.json").string(), "--out", two})));
     EXPECT_EQ(wrong.code, 1) << wrong.err;
     EXPECT_NE(wrong.err.find("absent.json"), std::string::npos) << wrong.err;
 }

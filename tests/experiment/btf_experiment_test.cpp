@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 #include <numbers>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "btfield/btf_model.hpp"
@@ -20,6 +22,7 @@
 #include "btfield/synthesis.hpp"
 #include "host/experiment/angles.hpp"
 #include "host/experiment/messages.hpp"
+#include "host/experiment/results_database.hpp"
 #include "host/experiment/set_pictures.hpp"
 #include "host/experiment/sqlite.hpp"
 #include "tests/device_cases.hpp"
@@ -155,6 +158,51 @@ TEST_F(BtfExperiment, TheSamePicturesOfAnotherContainerAreTheSameJobs) {
         const ExperimentConfig other = config(R"("directions": {"number": 6, "seed": 3})", set);
         EXPECT_EQ(run_experiment(other, folder_ / "r.db", threads(1)).skipped, 12U) << set;
     }
+}
+
+TEST_F(BtfExperiment, PicturesThatDidNotChangeAreNotReadAgain) {
+    KnownPictures known;
+    {
+        OpenSets sets;
+        static_cast<void>(picture_sources(config_, sets, &known));
+        // Files that are a moment old could change once more and look the same.
+        EXPECT_TRUE(known.empty());
+    }
+    write_set(folder_ / "one.tbig", bumps(), BtfFormat::tbig);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
+    OpenSets sets;
+    const std::vector<PictureSource> sources = picture_sources(config_, sets, &known);
+    ASSERT_EQ(known.size(), 6U);
+    KnownPictures marked = known;
+    for (auto& [place, picture] : marked) picture.content = "as it was";
+    for (const PictureSource& source : picture_sources(config_, sets, &marked)) {
+        EXPECT_EQ(source.content, "as it was");
+        EXPECT_EQ(source.shape->size, side);
+    }
+    // Other readings are others; so is a file that was written anew, though with the same content.
+    const ExperimentConfig cropped =
+        config(R"("directions": {"number": 6, "seed": 3}, "crop": [0, 0, 16, 16])");
+    EXPECT_EQ(picture_sources(cropped, sets, &marked)[0].shape->size, (Size{16, 16}));
+    const DirectionSource& first = *sources[0].direction;
+    const std::string stamp = stamp_of_direction(sets, folder_ / "bumps", first, {});
+    for (const auto& file : fs::recursive_directory_iterator(folder_ / "bumps"))
+        if (file.is_regular_file())
+            fs::last_write_time(file, fs::last_write_time(file) - std::chrono::hours(1));
+    EXPECT_NE(stamp_of_direction(sets, folder_ / "bumps", first, {}), stamp);
+    for (const PictureSource& source : picture_sources(config_, sets, &marked))
+        EXPECT_EQ(source.content.size(), 64U);
+    // Files of all pictures.
+    OpenSets others;
+    const ExperimentConfig single = config(R"("directions": {"number": 6, "seed": 3})", "one.tbig");
+    KnownPictures of_file;
+    EXPECT_EQ(picture_sources(single, others, &of_file)[0].content, sources[0].content);
+    EXPECT_EQ(of_file.size(), 6U);
+    // In the database: the second run knows them.
+    const fs::path database = folder_ / "r.db";
+    run_experiment(single, database, threads(1));
+    ResultsDatabase kept(database, "read");
+    EXPECT_EQ(kept.known_pictures().size(), 6U);
+    EXPECT_EQ(kept.known_pictures().begin()->second.content, of_file.begin()->second.content);
 }
 
 TEST_F(BtfExperiment, OnlyWhatIsAskedForIsRead) {

@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "host/experiment/angles.hpp"
@@ -41,7 +44,7 @@ TEST(DirectionMap, MeansAreOverTheOtherDirection) {
 }
 
 TEST(DirectionMap, DotsStandWhereDirectionsPoint) {
-    const std::string svg = direction_map("MEMD* <&>", " %", values(), false);
+    const std::string svg = direction_map("MEMD* <&>", " %", values(), map_scale({values()}, false));
     const auto holds = [&](const std::string& part) {
         EXPECT_NE(svg.find(part), std::string::npos) << part << " in " << svg;
     };
@@ -55,13 +58,48 @@ TEST(DirectionMap, DotsStandWhereDirectionsPoint) {
     holds("MEMD* &lt;&amp;&gt;");
     EXPECT_EQ(svg.find("nan"), std::string::npos);
     const std::vector<DirectedValue> none{{{at(0.0, 0.0), at(0.0, 0.0)}, nan}};
-    EXPECT_TRUE(direction_map("t", "", none, false).empty());
+    EXPECT_TRUE(direction_map("t", "", none, map_scale({none}, false)).empty());
     // A tenth, and ten times that: the middle of a logarithmic scale.
     const std::vector<DirectedValue> decades{{{at(0.0, 0.0), at(0.0, 0.0)}, 0.01},
                                              {{at(30.0, 0.0), at(30.0, 0.0)}, 0.1},
                                              {{at(60.0, 0.0), at(60.0, 0.0)}, 1.0}};
-    EXPECT_NE(direction_map("t", "", decades, true).find("cx=\"120\" cy=\"136\" r=\"7\" fill=\"#21918c\""),
+    EXPECT_NE(direction_map("t", "", decades, map_scale({decades}, true))
+                  .find("cx=\"120\" cy=\"136\" r=\"7\" fill=\"#21918c\""),
               std::string::npos);
+}
+
+TEST(DirectionMap, MapsOfOneThingHaveOneScale) {
+    // The same error is the same colour whatever else its own map has.
+    const ExperimentDirections above{at(0.0, 0.0), at(0.0, 0.0)}, aside{at(30.0, 0.0), at(30.0, 0.0)};
+    ExperimentTable table;
+    table.materials = {"a", "b"};
+    table.rows.resize(2);
+    table.rows[0].model = "3d-car";
+    table.rows[1].model = "2d-car";
+    for (const auto& [material, where, values] :
+         {std::tuple("a", above, std::pair(2.0, 4.0)), std::tuple("a", aside, std::pair(1.0, 4.0)),
+          std::tuple("b", above, std::pair(4.0, 8.0))}) {
+        ExperimentTable::PictureRow row;
+        row.material = material;
+        row.directions = where;
+        row.best = {values.first, values.second};
+        row.std_ratio = {1.0, 1.0};
+        row.kappa = 1.0;
+        table.picture_rows.push_back(row);
+    }
+    const std::string html = direction_maps_html(table);
+    const auto colours_of = [&](const std::string& value) {
+        std::set<std::string> colours;
+        const std::string told = "<title>0,0: " + value + " %, 1 picture</title>";
+        for (std::size_t to = html.find(told); to != std::string::npos; to = html.find(told, to + 1))
+            colours.insert(html.substr(html.rfind("fill=\"", to) + 6, 7));
+        return colours;
+    };
+    EXPECT_EQ(colours_of("4").size(), 1U);
+    EXPECT_EQ(colours_of("8"), (std::set<std::string>{"#fde725"}));
+    EXPECT_EQ(colours_of("2").size(), 1U);
+    EXPECT_NE(colours_of("2"), colours_of("4"));
+    EXPECT_NE(html.find("mean the same in all maps of MEMD*"), std::string::npos);
 }
 
 }  // namespace
