@@ -190,9 +190,9 @@ void tell_taken_for_colours(const Image& image, const Storage& storage, std::vec
         if (image.plane_space(p) != ColourSpace::unspecified) return;
     remarks.push_back("its planes '" + image.names()[0] + "', '" + image.names()[1] + "' and '" +
                       image.names()[2] +
-                      "' are no colours, but whoever reads the file takes them for red, green and blue (" +
+                      "' are no colours, but programs take those of such a file for red, green and blue (" +
                       (storage.format == PictureFormat::hdr ? "linear light" : "sRGB") +
-                      "); EXR and TIFF keep their names");
+                      "), and their names are lost; EXR and TIFF keep them");
 }
 
 std::string plane_list(const std::vector<int>& planes) {

@@ -156,7 +156,7 @@ Explained explained(const std::vector<double>& means, const Trend& trend, size_t
 
 std::optional<LightTrend> light_trend(const Image& image) {
     constexpr int smallest_side = 8 * blocks;
-    constexpr double least_range = 0.05;
+    constexpr double least_range = 0.05, largest_range = 0.6;  // beyond, it is the material
     if (std::min(image.height(), image.width()) < smallest_side) return std::nullopt;
     bool colours = false;
     for (int p = 0; p < image.planes(); ++p) colours = colours || is_colour(image, p);
@@ -175,7 +175,7 @@ std::optional<LightTrend> light_trend(const Image& image) {
         if (found.share < test.share || found.statistic < test.statistic) continue;
         // The blocks' centres do not reach the borders.
         const double range = trend.range() * blocks / (blocks - 1.0);
-        if (range >= least_range) return LightTrend{test.shape, range};
+        if (range >= least_range && range <= largest_range) return LightTrend{test.shape, range};
     }
     return std::nullopt;
 }

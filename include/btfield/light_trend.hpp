@@ -19,8 +19,8 @@ struct LightTrend {
 
 /// A trend of the brightness of colours, in linear light, over all of the picture, that stands out of what
 /// the material itself varies by: means of 8 × 8 blocks follow it, by an F test and by their share of
-/// variance. Nothing where none does, where it is below 5 %, in pictures without colours or with a side below
-/// 64.
+/// variance. Nothing where none does, where it is below 5 % or, as parts of a material are, above 60 %, in
+/// pictures without colours or with a side below 64.
 [[nodiscard]] BTFIELD_API std::optional<LightTrend> light_trend(const Image& image);
 
 struct FlattenedPicture {

@@ -249,8 +249,8 @@ TEST(Experiment, WhatNoPictureHasRoomForIsRefusedBeforeAnythingRuns) {
     }
     config = good;
     config.models = {ExperimentModel::roll};
-    config.pictures.front().crop = Crop{0, 0, 12, 40};
-    EXPECT_NE(refusal(config).find("roll needs sides from 16 to 16384 pixels, and it has 12 x 40"),
+    config.pictures.front().crop = Crop{0, 0, 12, 30};
+    EXPECT_NE(refusal(config).find("roll needs sides from 16 to 16384 pixels, and it has 12 x 30"),
               std::string::npos)
         << refusal(config);
     config = good;

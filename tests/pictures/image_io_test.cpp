@@ -566,7 +566,7 @@ TEST(image_io, three_planes_with_names_of_their_own_are_told_where_they_become_c
         EXPECT_NE(remarks(name)[0].find("'height', 'rough' and 'metal' are no colours"), std::string::npos);
     }
     for (const char* name : {"a.tif", "a.exr"}) EXPECT_TRUE(remarks(name).empty()) << name;
-    EXPECT_EQ(read_picture(folder / "a.png").image.space(), ColourSpace::srgb);
+    EXPECT_EQ(read_picture(folder / "a.ppm").image.space(), ColourSpace::srgb);
     image.set_space(ColourSpace::srgb);
     EXPECT_TRUE(remarks("colours.png").empty());
 }
