@@ -10,6 +10,7 @@
 #include "tests/btf_bytes.hpp"
 #include "tests/example_model.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
+#include "tests/fuzz/zip_bytes.hpp"
 #include "tests/places.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -54,6 +55,18 @@ std::vector<std::string> ubo2014_seeds() {
 
 std::vector<std::string> utia_seeds() {
     return {tbig_bytes(2), tbig_bytes(4, 2), big_bytes(2), big_bytes(4), mif_bytes(2), mif_bytes(4)};
+}
+
+/// Two views of two lights, one of them missing, 3 x 2 pixels in grey, and what lies beside them.
+std::vector<std::string> zip_seeds() {
+    const std::string picture = "P5 3 2 255\nabcdef";
+    const std::vector<std::pair<std::string, std::string>> files{
+        {"set/btf.json", R"({"format": "btfield-btf", "version": 1, "exposure": 0.5})"},
+        {"set/tv000_pv000/tl000_pl000_tv000_pv000.pgm", picture},
+        {"set/tv000_pv000/tl045_pl060_tv000_pv000.pgm", picture},
+        {"set/tv030_pv090/00003 tl045 pl060 tv030 pv090.pgm", picture},
+        {"set/read me.txt", "a set"}};
+    return {zip_bytes(files, false), zip_bytes(files, true)};
 }
 
 void read_names(std::string_view bytes) {
@@ -119,6 +132,7 @@ std::vector<std::string> textures_seeds() {
 std::vector<FuzzTarget> btf_targets() {
     return {{"btf-ubo2014", &read_set, &ubo2014_seeds},
             {"btf-utia", &read_set, &utia_seeds},
+            {"btf-zip", &read_set, &zip_seeds, &repair_zip},
             {"btf-names", &read_names, &name_seeds},
             {"btf-textures", &read_model_of_either_kind, &textures_seeds}};
 }
