@@ -157,6 +157,8 @@ void SpectralFactors::store(DeviceImpl& device) {
 
 void SpectralFactors::set_means(DeviceImpl& device,
                                 const std::vector<std::optional<Eigen::MatrixXd>>& densities) {
+    // Whatever memory there is: textures are the same.
+    storable_ = true;
     store(device);
     const std::size_t frequencies =
         static_cast<std::size_t>(lattice_.width) * static_cast<std::size_t>(spectrum_pitch(lattice_.height));

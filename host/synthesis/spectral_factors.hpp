@@ -39,7 +39,8 @@ class SpectralFactors {
     /// Computes the factors and keeps them, where the budget allows that: worth it from the second draw on.
     void store(DeviceImpl& device);
 
-    /// Stores the factors, and roots of these densities in place of F at frequency 0 (mean_density()).
+    /// Stores the factors, whatever the budget, and roots of these densities in place of F at frequency 0
+    /// (mean_density()).
     /// \param densities of each part; those that are empty change nothing
     void set_means(DeviceImpl& device, const std::vector<std::optional<Eigen::MatrixXd>>& densities);
 

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
@@ -278,9 +277,8 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
                     means.push_back(mean_density(form, t, model.factor, static_cast<int>(k)));
             const bool own_means =
                 std::ranges::any_of(means, [](const auto& mean) { return mean.has_value(); });
-            SpectralFactors factors(
-                *device_, forms, t, level.gain * std::sqrt(variance), level_mean(model, k),
-                own_means ? std::numeric_limits<double>::infinity() : spare / 4.0, !level.certificate.valid);
+            SpectralFactors factors(*device_, forms, t, level.gain * std::sqrt(variance),
+                                    level_mean(model, k), spare / 4.0, !level.certificate.valid);
             if (own_means) factors.set_means(*device_, means);
             spare -= factors.storable_bytes();
             levels_.emplace_back(std::move(factors));

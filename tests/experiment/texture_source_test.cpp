@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "btfield/compound.hpp"
+#include "btfield/error.hpp"
 #include "btfield/experiment.hpp"
 #include "btfield/roller.hpp"
 #include "host/experiment/picture_work.hpp"
@@ -119,18 +120,17 @@ TEST(TextureSource, RowsOfCompoundAndRollAreWhatTheStationsSay) {
     EXPECT_FALSE(row.step());
 }
 
-TEST(TextureSource, CompoundAndRollOfAPictureThatIsTooSmallAreRefused) {
+TEST(TextureSource, CompoundAndRollOfAPictureThatIsTooSmallAreRefusedBeforeAnythingRuns) {
     const TemporaryFolder folder;
     ExperimentConfig config = read_experiment(varied_experiment(folder));
     config.models = {ExperimentModel::compound, ExperimentModel::roll};
     config.pictures[0].crop = Crop{0, 0, 12, 12};
-    const ExperimentResult result = run_experiment(config, folder / "r.db", threads(1));
-    EXPECT_EQ(result.refused, 6U);
-    for (const std::string& reason : query_lines(folder / "r.db", "SELECT reason FROM jobs", 1))
-        EXPECT_NE(reason.find("16"), std::string::npos) << reason;
-    const std::vector<ExperimentTable> tables = experiment_tables(folder / "r.db");
-    ASSERT_EQ(tables.size(), 1U);
-    for (const ExperimentTable::Row& row : tables[0].rows) EXPECT_EQ(row.all.pictures, 0) << row.model;
+    try {
+        static_cast<void>(run_experiment(config, folder / "r.db", threads(1)));
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_NE(error.found().find("needs sides from 16"), std::string::npos) << error.what();
+    }
 }
 
 }  // namespace

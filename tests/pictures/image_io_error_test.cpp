@@ -255,8 +255,6 @@ TEST(image_io_error, sizes_that_cannot_be) {
     put_bytes(folder / "a.png", png(366, 366));
     EXPECT_TRUE(
         says(read_failure(folder / "a.png"), "its header says 366x366 pixels, which 65 bytes cannot hold"));
-    put_bytes(folder / "a.png", png(149, 149));
-    EXPECT_FALSE(says(read_failure(folder / "a.png"), "cannot hold"));
     put_bytes(folder / "a.png", png(0x7fffffff, 0x7fffffff));
     EXPECT_TRUE(says(read_failure(folder / "a.png"), "its header says 2147483647x2147483647 pixels"));
     put_bytes(folder / "a.png", png(0, 5));
