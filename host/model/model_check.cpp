@@ -324,7 +324,10 @@ std::string detail::defect_of(const std::vector<MaterialMap>& maps, int planes) 
         if (!(map.scale >= 0.0) || !std::isfinite(map.scale))
             return "its map '" + map.name + "' has no scale";
         constexpr std::size_t most_levels = 16;
-        if (map.gains.size() > (map.role == MapRole::normal ? 0 : most_levels) ||
+        if (map.role == MapRole::normal && !map.gains.empty())
+            return "its map '" + map.name +
+                   "' is of normals and has gains, as an older btfield made them: fit it again";
+        if (map.gains.size() > most_levels ||
             !std::ranges::all_of(map.gains, [](double gain) { return std::isfinite(gain) && gain >= 0.0; }))
             return "its map '" + map.name + "' has impossible gains";
         height = height || (map.role == MapRole::height && map.scale > 0.0);
