@@ -20,8 +20,8 @@
 namespace btfield {
 
 /// By the words of a file's name, the last that says something: albedo, base colour, diffuse: colour; normal,
-/// nor, nrm, nm, with gl or dx: normal; height, displacement, disp, bump: height; rough; metal; ao, occlusion;
-/// opacity. `other` where none does.
+/// nor, nrm, nm, with gl or dx: normal; height, displacement, disp, bump: height; rough; metal; ao,
+/// occlusion; opacity. `other` where none does.
 [[nodiscard]] BTFIELD_API MapRole role_of_name(const std::filesystem::path& file);
 /// The same of all maps of a material: where none is the colour by its name, the only one whose name says
 /// nothing is, as `rock.png` beside `rock_normal.png`.

@@ -316,8 +316,8 @@ TEST_P(SpectralRootWidths, SolvesMatchFloat64) {
             const MatrixXd right = reference::lower_root(noise_root(d, 10.0));
             const MatrixXd rounded = right.cast<float>().cast<double>();
             const Matrices found = with_right_side(device_, "general_solves", m, rounded);
-            // Elimination in float32: d·u·cond, squared by the refinement of what has a condition above 16 d (in
-            // the Frobenius norm, which is no smaller); and the last additions.
+            // Elimination in float32: d·u·cond, squared by the refinement of what has a condition above 16 d
+            // (in the Frobenius norm, which is no smaller); and the last additions.
             const double once = 4.0 * test::unit_roundoff * (d + 4.0) * condition;
             const double bound = 4.0 * test::unit_roundoff + (condition > 16.0 * d ? once * once : once);
             double worst = 0.0;

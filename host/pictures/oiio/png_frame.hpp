@@ -18,8 +18,8 @@ constexpr std::uint32_t most_png_pixels = 1000000;
 
 /// Bytes of a complete PNG with only the chunks that decide about pixel values, and its texts.
 /// \param chunks gets what others say of colours, where it is not null
-/// \throws InputError when the file ends early, a chunk's checksum is wrong, or the header is impossible, or claims more
-/// pixels than the file can hold.
+/// \throws InputError when the file ends early, a chunk's checksum is wrong, or the header is impossible or
+///     claims more pixels than the file can hold.
 [[nodiscard]] std::string checked_png(const std::filesystem::path& path, const std::string& asked,
                                       PngChunks* chunks = nullptr);
 
