@@ -42,7 +42,8 @@ std::vector<std::string> channels_of(const BtfDescription& set) {
 /// What was measured how is not known of a set; pixels per millimetre are 1 then, as in Bonn's own programs.
 void put_meta(ByteWriter& to, const BtfDescription& set) {
     const std::vector<std::string> channels = channels_of(set);
-    size_t size = 2 * 4 + size_t{3} * 80 + 4 * 4 + 3 * 4;
+    constexpr size_t fixed = 2 * 4 + 3 * 80 + 4 * 4 + 3 * 4;
+    size_t size = fixed;
     for (const std::string& name : channels) size += 4 + name.size();
     put_count(to, size);
     to.value(meta_version);

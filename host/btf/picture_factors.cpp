@@ -59,7 +59,7 @@ class PictureRows {
     }
     /// Some pictures as rows, and their part of A B.
     void read_block(std::size_t first, std::size_t count, Rows rows, const RowMajorMatrix& basis,
-                    Rows projected) const;
+                    const Rows& projected) const;
 
     const BtfSet* set_;
     const std::function<Image(Image)>* prepared_;
@@ -69,7 +69,7 @@ class PictureRows {
 };
 
 void PictureRows::read_block(std::size_t first, std::size_t count, Rows rows, const RowMajorMatrix& basis,
-                             Rows projected) const {
+                             const Rows& projected) const {
     const Index planes = set_->planes();
     for (std::size_t i = 0; i < count; ++i) {
         const BtfPair& pair = pairs_[first + i];

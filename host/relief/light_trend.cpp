@@ -111,7 +111,8 @@ constexpr int blocks = 8;
 
 /// Means of the blocks of the brightness of all colours, [row][column]; their mean is 1.
 std::vector<double> block_means(const Image& image) {
-    std::vector<double> sums(blocks * blocks), counts(blocks * blocks);
+    constexpr size_t all = static_cast<size_t>(blocks) * static_cast<size_t>(blocks);
+    std::vector<double> sums(all), counts(all);
     const auto block_of = [](int n, int count) {
         return static_cast<size_t>(static_cast<long long>(n) * blocks / count);
     };

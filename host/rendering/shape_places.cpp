@@ -81,7 +81,8 @@ PicturePlace pixel_place(int column, int row, Size picture) {
 }
 
 PicturePlace sample_place(int index, int across, int down) {
-    return {(index % across + 0.5) / across - 0.5, (index / across + 0.5) / down - 0.5};
+    const int row = index / across, column = index % across;
+    return {(column + 0.5) / across - 0.5, (row + 0.5) / down - 0.5};
 }
 
 }  // namespace btfield::detail

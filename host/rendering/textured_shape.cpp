@@ -122,7 +122,7 @@ class TexturedSphere {
 
 void TexturedSphere::find_entries() {
     const std::vector<SpherePlace> places = sphere_places(camera_->to, *light_);
-    entry_at_.assign(static_cast<size_t>(sphere_longitudes * sphere_latitudes), -1);
+    entry_at_.assign(size_t{sphere_longitudes} * sphere_latitudes, -1);
     entries_.resize(places.size());
     for (size_t i = 0; i < places.size(); ++i) entry_at_[places[i].index] = static_cast<int>(i);
     for_each_block(static_cast<int>(places.size()), [&](int block) {
@@ -162,7 +162,8 @@ void TexturedSphere::find_cells(const std::vector<double>& background) {
         const auto [south, west] = place;
         const int east = west + 1 == sphere_longitudes ? 0 : west + 1;
         const auto at = [&](int latitude, int longitude) {
-            return entry_at_[static_cast<size_t>(latitude * sphere_longitudes + longitude)];
+            return entry_at_[static_cast<size_t>(latitude) * sphere_longitudes +
+                             static_cast<size_t>(longitude)];
         };
         cells_.push_back({{at(south, west), at(south, east), at(south + 1, west), at(south + 1, east)},
                           std::move(pixels)});

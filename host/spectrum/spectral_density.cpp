@@ -280,7 +280,7 @@ namespace {
 
 /// model_covariance() of what grows on a torus.
 LagCovariance grown_covariance(const SpectralForm& form, Size torus, Offset box, int factor, int depth) {
-    const LagCovariance sampled = model_covariance(form, torus, box);
+    LagCovariance sampled = model_covariance(form, torus, box);
     const auto mean = mean_density(form, torus, factor, depth);
     if (!mean) return sampled;
     LagCovariance covariance = sampled;
