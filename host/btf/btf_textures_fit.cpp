@@ -2,6 +2,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <string>
 #include <thread>
@@ -182,13 +183,16 @@ BtfShardFit TexturesFitting::run_shard(int shard, int shards) {
 
 void TexturesFitting::each(BtfTexturesFit& fit) {
     BtfTextures& model = fit.model;
+    // Whoever joins shards waits for them: their parts are locked as long as they work. A part of its own is
+    // begun only when theirs are known to fit.
+    std::map<std::size_t, PictureTexture> of_shards;
+    for (const std::filesystem::path& other : shard_parts(options_->part))
+        of_shards.merge(EachPart(other, *set_, *options_).take());
     EachPart part(options_->part, *set_, *options_);
     std::vector<PictureTexture> textures(shown_.size());
     std::vector<std::size_t> missing;
     auto kept = part.take();
-    // Whoever joins shards waits for them: their parts are locked as long as they work.
-    for (const std::filesystem::path& other : shard_parts(options_->part))
-        kept.merge(EachPart(other, *set_, *options_).take());
+    kept.merge(of_shards);
     for (std::size_t i = 0; i < shown_.size(); ++i) {
         const auto found = kept.find(i);
         if (found != kept.end())

@@ -210,8 +210,9 @@ void put_components(const BtfWriteReport& report, Json& object) {
 
 std::string components_text(const BtfWriteReport& report) {
     if (report.components == 0) return "";
-    return detail::counted(report.components, "component") + " stand for all pictures, with an error of " +
-           number_text(100.0 * report.relative_error) + " % (root mean square, to that of all values).\n";
+    return detail::counted(report.components, "component") + (report.components == 1 ? " stands" : " stand") +
+           " for all pictures, with an error of " + number_text(100.0 * report.relative_error) +
+           " % (root mean square, to that of all values).\n";
 }
 
 }  // namespace btfield::cli
