@@ -24,8 +24,9 @@ namespace {
 using std::size_t;
 
 constexpr const char* asked_make = "make a BTF";
-/// Device memory for what views hit, and for what lights reach, at least.
-constexpr double kept_bytes = 64e6;
+/// Device memory for what views hit, one after the other, and for what each light reaches, which every view
+/// asks for.
+constexpr double kept_view_bytes = 64e6, kept_light_bytes = 512e6;
 
 void expect_map(const Image& map, Size size, int planes, const std::string& what) {
     if (map.size() != size || map.planes() != planes)
@@ -60,22 +61,30 @@ void check(const BtfMaterial& material, const MadeBtfOptions& options) {
                                  "directions are above the surface: theta from 0 to 89 degrees");
 }
 
-/// What was computed last, by number, as far as room goes.
+/// What was computed, by number, as far as room goes.
 class Kept {
   public:
-    explicit Kept(size_t most) : most_(most) {}
+    /// Of numbers that come round and round, what was computed last makes room: the oldest is wanted next.
+    enum class Order { ascending, rounds };
+    Kept(size_t most, Order order) : most_(most), order_(order) {}
     [[nodiscard]] std::shared_ptr<const std::vector<Buffer>> find(int number) const {
         for (const auto& [own, buffers] : kept_)
             if (own == number) return buffers;
         return nullptr;
     }
     void add(int number, std::shared_ptr<const std::vector<Buffer>> buffers) {
-        if (kept_.size() >= most_) kept_.pop_front();
+        if (kept_.size() >= most_) {
+            if (order_ == Order::ascending)
+                kept_.pop_front();
+            else
+                kept_.pop_back();
+        }
         kept_.emplace_back(number, std::move(buffers));
     }
 
   private:
     size_t most_;
+    Order order_;
     std::deque<std::pair<int, std::shared_ptr<const std::vector<Buffer>>>> kept_;
 };
 
@@ -98,8 +107,8 @@ class MadeBtf : public BtfSource {
           size_(material.albedo.size()),
           planes_(material.albedo.planes() + 4),
           reflectance_(static_cast<float>(options.reflectance)),
-          views_(room(planes_ + 2)),
-          lights_(room(1)) {
+          views_(room(planes_ + 2, kept_view_bytes), Kept::Order::ascending),
+          lights_(room(1, std::min(kept_light_bytes, 0.25 * device_.memory_limit())), Kept::Order::rounds) {
         description_.format = "made";
         description_.size = size_;
         description_.planes = material.albedo.planes();
@@ -147,7 +156,7 @@ class MadeBtf : public BtfSource {
 
   private:
     /// How many of these many planes are kept.
-    [[nodiscard]] size_t room(int planes) const {
+    [[nodiscard]] size_t room(int planes, double kept_bytes) const {
         const double bytes = sizeof(float) * static_cast<double>(planes) * static_cast<double>(area(size_));
         return static_cast<size_t>(std::max(4.0, kept_bytes / bytes));
     }

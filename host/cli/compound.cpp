@@ -181,7 +181,8 @@ void run_fit(const CompoundFitArguments& options) {
     const Stopwatch watch;
     std::vector<CompoundJob> jobs = plan_fits(options);
     hint_at_joint(options.maps, options.pictures);
-    preload_picture_formats();  // while the device opens
+    // While the device opens.
+    for (const auto& picture : options.pictures) preload_picture_formats(picture, PictureUse::read);
     Device device(options.device);
     const double opening = watch.seconds();
     {

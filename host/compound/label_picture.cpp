@@ -11,7 +11,7 @@
 #include "btfield/image_io.hpp"
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
-#include "host/pictures/picture_codec.hpp"
+#include "host/pictures/palette_png.hpp"
 #include "host/pictures/picture_format.hpp"
 #include "host/pictures/pnm.hpp"
 
@@ -145,9 +145,7 @@ void write_labels(const std::filesystem::path& path, const ControlField& field,
                          counted(palette.size(), "colour") + " are given for " + counted(regions, "region"),
                          "give a colour for each region");
     }
-    write_file(path,
-               picture_codec(asked).encode_palette(field.size, field.labels, palette.first(regions), asked),
-               asked);
+    write_file(path, encode_palette_png(field.size, field.labels, palette.first(regions), asked), asked);
 }
 
 ControlField read_labels(const std::filesystem::path& path, std::span<const PaletteColour> palette) {
@@ -159,7 +157,7 @@ ControlField read_labels(const std::filesystem::path& path, std::span<const Pale
     std::uintmax_t bytes = 0;
     const PictureFormat format = checked_format(path, asked, bytes);
     if (format == PictureFormat::png) {
-        auto picture = picture_codec(asked).decode_palette(path, asked);
+        auto picture = decode_palette_png(path, asked);
         if (picture) return labels_by_index(*std::move(picture), static_cast<int>(palette.size()), asked);
     }
     const int top = format == PictureFormat::pnm ? pnm_maximum(path, asked) : 255;

@@ -14,8 +14,10 @@
 #include "host/base/text.hpp"
 #include "host/pictures/colour.hpp"
 #include "host/pictures/encoded_picture.hpp"
+#include "host/pictures/jpeg_decode.hpp"
 #include "host/pictures/picture_codec.hpp"
 #include "host/pictures/picture_format.hpp"
+#include "host/pictures/png_decode.hpp"
 #include "host/pictures/pnm.hpp"
 #include "host/pictures/radiance.hpp"
 #include "host/pictures/stored_picture.hpp"
@@ -250,16 +252,29 @@ void make_readable(Image& image, const Storage& storage, const WriteOptions& opt
     }
 }
 
+Picture decode(const fs::path& path, PictureFormat format, const ReadOptions& options, std::uintmax_t bytes,
+               const std::string& asked) {
+    switch (format) {
+        case PictureFormat::pnm:
+            return read_pnm(path, options, asked);
+        case PictureFormat::hdr:
+            return read_radiance(path, options, bytes, asked);
+        case PictureFormat::png:
+            return decode_png(path, options, asked);
+        case PictureFormat::jpeg:
+            return decode_jpeg(path, options, bytes, asked);
+        default:
+            return picture_codec(asked).decode(path, format, options, bytes, asked);
+    }
+}
+
 }  // namespace
 
 Picture read_picture(const fs::path& path, const ReadOptions& options) {
     const std::string asked = "read '" + path.string() + "'";
     std::uintmax_t bytes = 0;
     const PictureFormat format = checked_format(path, asked, bytes);
-    Picture picture = format == PictureFormat::pnm ? read_pnm(path, options, asked)
-                      : format == PictureFormat::hdr
-                          ? read_radiance(path, options, bytes, asked)
-                          : picture_codec(asked).decode(path, format, options, bytes, asked);
+    Picture picture = decode(path, format, options, bytes, asked);
     picture.file_bytes = bytes;
     constexpr const char* repair = "repair those pixels or crop them away";
     const Crop place{options.crop ? options.crop->x : 0, options.crop ? options.crop->y : 0,
@@ -328,15 +343,19 @@ WriteReport write_picture(const fs::path& path, const Image& image, PixelType so
     return write_picture(path, image, WriteOptions{source, type, false, {}, {}});
 }
 
-void preload_picture_formats(const fs::path& written) {
-    switch (format_of_name(written).value_or(PictureFormat::pnm)) {
+void preload_picture_formats(const fs::path& path, PictureUse use) {
+    switch (format_of_name(path).value_or(PictureFormat::pnm)) {
         case PictureFormat::pnm:
         case PictureFormat::hdr:
         case PictureFormat::png:
             return;
+        case PictureFormat::jpeg:
+            if (use == PictureUse::read) return;
+            break;
         default:
-            preload_picture_formats();
+            break;
     }
+    preload_picture_formats();
 }
 
 void check_writable(const fs::path& path, int planes, PixelType source, std::optional<PixelType> type,

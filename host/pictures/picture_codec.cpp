@@ -68,7 +68,7 @@ const PictureCodec& detail::picture_codec(const std::string& asked) {
         throw InputError(
             asked,
             "the picture formats, '" + module_file.string() + "', cannot be loaded (" + loaded.error + ")",
-            "install btfield and OpenImageIO again, or use PNM pictures");
+            "install btfield and OpenImageIO again, or use PNG or PNM pictures");
     }
     return *loaded.codec;
 }

@@ -1,14 +1,13 @@
 #pragma once
 
 /// \file
-/// The way to the codecs of host/pictures. OpenImageIO brings some 260 shared libraries, whose loading takes
-/// a third of a second; so a shared btfield keeps them in a module of its own and loads it with the first
-/// picture.
+/// The way to the codecs of host/pictures/oiio. OpenImageIO brings some 260 shared libraries, whose loading
+/// takes a third of a second; so a shared btfield keeps them in a module of its own and loads it with the
+/// first picture that needs it.
 
 #include <string>
 
 #include "btfield/api.hpp"
-#include "host/pictures/oiio/palette_png.hpp"
 #include "host/pictures/oiio/picture_decode.hpp"
 #include "host/pictures/oiio/picture_encode.hpp"
 #include "host/pictures/oiio/zip_archive.hpp"
@@ -19,8 +18,6 @@ namespace btfield::detail {
 struct PictureCodec {
     decltype(&decode_picture) decode = nullptr;
     decltype(&encode_picture) encode = nullptr;
-    decltype(&decode_palette_png) decode_palette = nullptr;
-    decltype(&encode_palette_png) encode_palette = nullptr;
     decltype(&open_zip) open_archive = nullptr;
     decltype(&write_zip) write_archive = nullptr;
 };

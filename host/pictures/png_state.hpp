@@ -7,7 +7,9 @@
 #include <array>
 #include <csetjmp>
 #include <cstdio>
+#include <cstring>
 #include <string>
+#include <string_view>
 
 namespace btfield::detail {
 
@@ -62,5 +64,15 @@ class Png {
     png_structp png_;
     png_infop info_;
 };
+
+/// Bytes come from memory: what is read goes from the beginning of `rest`.
+inline void read_png_from(png_structp png, std::string_view& rest) {
+    png_set_read_fn(png, &rest, [](png_structp state, png_bytep to, std::size_t count) {
+        auto& from = *static_cast<std::string_view*>(png_get_io_ptr(state));
+        if (count > from.size()) png_error(state, "it ends early");
+        std::memcpy(to, from.data(), count);
+        from.remove_prefix(count);
+    });
+}
 
 }  // namespace btfield::detail

@@ -131,13 +131,16 @@ BTFIELD_API WriteReport write_picture(const std::filesystem::path& path, const I
 BTFIELD_API void check_writable(const std::filesystem::path& path, int planes, PixelType source,
                                 std::optional<PixelType> type = {}, std::optional<Size> size = {});
 
-/// Begins, in the background, what the first picture that is not PNM, Radiance or a PNG to be written needs
-/// once in a process: loading the codecs, a third of a second of processor time. Returns at once; a picture
-/// that is read or written meanwhile waits for the rest, and so does the end of the process. Any number of
-/// calls from any threads do it once. A failure is reported by the read_picture() or write_picture() that
-/// needs the codecs. Does nothing where btfield is a static library: the codecs are part of the program then.
+/// Begins, in the background, what the first picture needs once in a process that is read from other than
+/// PNM, Radiance, PNG and JPEG or written to other than the first three: loading the codecs, a third of a
+/// second of processor time. Returns at once; a picture that is read or written meanwhile waits for the rest,
+/// and so does the end of the process. Any number of calls from any threads do it once. A failure is reported
+/// by the read_picture() or write_picture() that needs the codecs. Does nothing where btfield is a static
+/// library: the codecs are part of the program then.
 BTFIELD_API void preload_picture_formats();
-/// The same where writing a file of such a name needs the codecs; else nothing.
-BTFIELD_API void preload_picture_formats(const std::filesystem::path& written);
+enum class PictureUse { write, read };
+/// The same where using a file of such a name so needs the codecs; else nothing.
+BTFIELD_API void preload_picture_formats(const std::filesystem::path& path,
+                                         PictureUse use = PictureUse::write);
 
 }  // namespace btfield

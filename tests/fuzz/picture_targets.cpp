@@ -10,7 +10,7 @@
 #include "btfield/image_io.hpp"
 #include "host/pictures/container_chunks.hpp"
 #include "host/pictures/exif.hpp"
-#include "host/pictures/oiio/colour_profile.hpp"
+#include "host/pictures/colour_profile.hpp"
 #include "host/pictures/picture_format.hpp"
 #include "tests/foreign_bytes.hpp"
 #include "tests/fuzz/fuzz_target.hpp"

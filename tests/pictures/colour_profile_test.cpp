@@ -1,6 +1,6 @@
 // What files say of their colours: PNG chunks, ICC profiles, EXIF, EXR and Radiance primaries.
 
-#include "host/pictures/oiio/colour_profile.hpp"
+#include "host/pictures/colour_profile.hpp"
 
 #include <gtest/gtest.h>
 

@@ -30,43 +30,61 @@ bool says(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
 }
 
-TEST(picture_codec, only_commands_with_pictures_load_it) {
+/// The cork as a format of OpenImageIO's.
+std::string tiff_in(const test::TemporaryFolder& folder) {
+    const fs::path path = folder / "a.tif";
+    write_picture(path, read_picture(cork).image);
+    return path.string();
+}
+
+TEST(picture_codec, only_commands_with_its_formats_load_it) {
     const test::TemporaryFolder folder;
-    const std::string pnm = (folder / "a.pgm").string();
+    const std::string tiff = tiff_in(folder), pnm = (folder / "a.pgm").string(),
+                      jpeg = (folder / "a.jpg").string();
     Image diagonal({64, 64}, 1);
     for (int i = 0; i < 64; ++i) diagonal.at(0, i, i) = static_cast<float>(i) / 64.0F;
     write_picture(pnm, diagonal);
-    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
-             {"--version"}, {"synth", "--help"}, {"devices"}, {"compare", pnm, pnm}}) {
+    write_picture(jpeg, diagonal);
+    const std::string model = (folder / "m.json").string(), texture = (folder / "t.png").string();
+    for (const std::vector<std::string>& words :
+         std::vector<std::vector<std::string>>{{"--version"},
+                                               {"synth", "--help"},
+                                               {"devices"},
+                                               {"compare", pnm, jpeg},
+                                               {"compare", cork, cork},
+                                               {"fit", cork, "-o", model},
+                                               {"synth", model, "-o", texture, "--size", "32"}}) {
         const test::Ended ended = run_traced(words);
         EXPECT_EQ(ended.code, 0) << words.front() << ": " << ended.err.substr(0, 400);
         EXPECT_TRUE(says(ended.err, "libbtfield")) << words.front();
         EXPECT_FALSE(says(ended.err, "libOpenImageIO")) << words.front();
     }
-    const test::Ended ended = run_traced({"compare", cork, cork});
+    const test::Ended ended = run_traced({"compare", tiff, tiff});
     EXPECT_EQ(ended.code, 0);
     EXPECT_TRUE(says(ended.err, "libOpenImageIO"));
 }
 
 TEST(picture_codec, without_it_the_error_names_the_file) {
     const test::TemporaryFolder folder;
+    const std::string tiff = tiff_in(folder);
     const fs::path library(test::library_path());
     fs::copy_file(library, folder.path() / library.filename());
     const std::string path = "LD_LIBRARY_PATH=" + folder.path().string();
     const test::Ended ended =
-        test::run_program({"/usr/bin/env", path, test::command_path(), "compare", cork, cork});
+        test::run_program({"/usr/bin/env", path, test::command_path(), "compare", tiff, tiff});
     EXPECT_EQ(ended.code, 1);
-    EXPECT_TRUE(says(ended.err, "read '" + cork + "'")) << ended.err;
+    EXPECT_TRUE(says(ended.err, "read '" + tiff + "'")) << ended.err;
     const fs::path looked_for = fs::canonical(folder.path()) / "btfield" / "btfield_pictures.so";
     EXPECT_TRUE(says(ended.err, "'" + looked_for.string() + "'")) << ended.err;
-    const test::Ended version = test::run_program({"/usr/bin/env", path, test::command_path(), "--version"});
-    EXPECT_EQ(version.code, 0) << version.err;
+    const test::Ended png =
+        test::run_program({"/usr/bin/env", path, test::command_path(), "compare", cork, cork});
+    EXPECT_EQ(png.code, 0) << png.err;
 }
 
 TEST(picture_codec, its_errors_are_caught_by_type) {
     const test::TemporaryFolder folder;
-    fs::copy_file(cork, folder / "short.png");
-    fs::resize_file(folder / "short.png", fs::file_size(cork) / 2);
+    const std::string tiff = tiff_in(folder);
+    fs::resize_file(tiff, fs::file_size(tiff) / 2);
     preload_picture_formats();
     std::vector<int> caught(4, 0);
     {
@@ -75,7 +93,7 @@ TEST(picture_codec, its_errors_are_caught_by_type) {
             threads.emplace_back([&] {
                 preload_picture_formats();
                 try {
-                    static_cast<void>(read_picture(folder / "short.png"));
+                    static_cast<void>(read_picture(tiff));
                 } catch (const InputError& error) {
                     one = error.asked().empty() ? 2 : 1;
                 } catch (...) {

@@ -1,7 +1,5 @@
 #include "host/pictures/oiio/picture_decode.hpp"
 
-#include <OpenImageIO/filesystem.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -22,15 +20,13 @@
 #include "host/pictures/colour.hpp"
 #include "host/pictures/container_chunks.hpp"
 #include "host/pictures/exif.hpp"
-#include "host/pictures/oiio/colour_profile.hpp"
 #include "host/pictures/oiio/exr_header.hpp"
-#include "host/pictures/oiio/jpeg_decode.hpp"
 #include "host/pictures/oiio/oiio_handle.hpp"
-#include "host/pictures/oiio/png_colours.hpp"
-#include "host/pictures/oiio/png_frame.hpp"
 #include "host/pictures/oiio/tiff_decode.hpp"
 #include "host/pictures/orientation.hpp"
 #include "host/pictures/picture_names.hpp"
+#include "host/pictures/png_colours.hpp"
+#include "host/pictures/unnamed_channels.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -297,10 +293,7 @@ void understand_exr(const OIIO::ImageSpec& spec, const ReadOptions& options, Pic
         picture.remarks.emplace_back("its pixels are not square, and are taken as square");
 }
 
-/// An open file, with the memory that it is read from.
 struct OpenFile {
-    std::string frame;
-    std::optional<OIIO::Filesystem::IOMemReader> memory;
     Reader input;
     std::vector<Part> parts;
     OIIO::ImageSpec spec;
@@ -310,11 +303,6 @@ struct OpenFile {
 void open_file(OpenFile& file, const std::filesystem::path& path, PictureFormat format,
                const std::string& wanted, const std::string& asked) {
     OIIO::ImageSpec config;
-    if (!file.frame.empty()) {
-        file.memory.emplace(file.frame.data(), file.frame.size());
-        OIIO::Filesystem::IOProxy* proxy = &*file.memory;
-        config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    }
     config.attribute("oiio:UnassociatedAlpha", 1);  // colours as stored, not multiplied by alpha
     file.input.reset(OIIO::ImageInput::create(std::string(codec_name(format))).release());
     if (!file.input) throw InputError(asked, OIIO::geterror(), "install OpenImageIO with this format");
@@ -331,13 +319,6 @@ void open_file(OpenFile& file, const std::filesystem::path& path, PictureFormat 
     file.spec = file.input->spec();
 }
 
-/// What a file says beside its pixels.
-struct Surroundings {
-    ColourMeaning meaning;
-    Exif exif;
-    std::string remark;
-};
-
 /// A profile says more than code points do.
 Surroundings surroundings_of(const ContainerChunks& chunks, const std::string& asked) {
     Surroundings result;
@@ -351,48 +332,26 @@ Surroundings surroundings_of(const ContainerChunks& chunks, const std::string& a
     return result;
 }
 
-Surroundings surroundings_of(const std::filesystem::path& path, PictureFormat format, const PngChunks& chunks,
-                             const std::string& asked) {
-    if (format == PictureFormat::webp) return surroundings_of(webp_chunks(file_content(path)), asked);
-    if (format == PictureFormat::heif) return surroundings_of(heif_chunks(file_content(path)), asked);
-    Surroundings result;
-    if (format == PictureFormat::png) {
-        result.meaning = meaning_of(chunks, result.remark, asked);
-        result.exif = read_exif(chunks.exif);
-        take_xmp(result.exif, xmp_packet(chunks.xmp));
-    }
+Surroundings surroundings_of(const std::filesystem::path& path, PictureFormat format,
+                             const OIIO::ImageSpec& spec, const std::string& asked) {
+    const std::string bytes = file_content(path);
+    Surroundings result =
+        surroundings_of(format == PictureFormat::webp ? webp_chunks(bytes) : heif_chunks(bytes), asked);
+    result.description = spec.get_string_attribute("ImageDescription");
     return result;
 }
 
-/// Of formats whose channels have no names: planes of colours are chosen once the colours are understood.
-Picture read_colours(OpenFile& file, PictureFormat format, const Surroundings& around,
+/// Of formats whose channels have no names.
+Picture read_unnamed(OpenFile& file, PictureFormat format, const Surroundings& around,
                      const ReadOptions& options, const std::string& asked) {
     const OIIO::ImageSpec& spec = file.spec;
     const Orientation orientation(around.exif.orientation);
     const Size size{spec.height, spec.width};
     const Crop crop = checked_crop(options.crop, orientation.upright(size), asked);
-    const std::vector<std::string> names = channel_names(spec.nchannels);
-    const ChannelPlan all = plan_channels(names, {}, spec.alpha_channel, asked);
+    const ChannelPlan all = plan_channels(channel_names(spec.nchannels), {}, spec.alpha_channel, asked);
     Picture picture = read_crop({*file.input, spec, file.part, 0, spec.nchannels}, format, all,
                                 orientation.stored(crop, size), asked);
-    const auto said = said_spaces(spec.get_string_attribute("ImageDescription"), picture.image.planes());
-    if (picture.image.planes() == 1)
-        picture.image.set_plane_spaces(said.value_or(std::vector{ColourSpace::srgb}));
-    if (!said) apply_meaning(picture, around.meaning, options.keep_values);
-    if (!around.remark.empty()) picture.remarks.push_back(around.remark);
-    if (around.exif.from_xmp) picture.remarks.emplace_back(xmp_orientation_remark);
-    make_upright(picture, orientation);
-    if (options.planes.empty()) return picture;
-    const ChannelPlan plan = plan_channels(names, options.planes, spec.alpha_channel, asked);
-    const bool alpha = std::ranges::any_of(plan.planes, [&](int c) { return c >= picture.image.planes(); });
-    if (alpha && !picture.alpha.empty()) {  // alpha is the last channel of these formats
-        Image with(picture.image.size(), picture.image.planes() + 1);
-        std::ranges::copy(picture.image.values(), with.values().begin());
-        std::ranges::copy(picture.alpha, with.plane(picture.image.planes()).begin());
-        picture.image = std::move(with);
-        picture.alpha.clear();
-    }
-    keep_planes(picture, plan);
+    understand_unnamed(picture, spec.nchannels, spec.alpha_channel, around, options, asked);
     return picture;
 }
 
@@ -419,20 +378,16 @@ Picture read_named(OpenFile& file, PictureFormat format, const ReadOptions& opti
 Picture decode_picture(const std::filesystem::path& path, PictureFormat format, const ReadOptions& options,
                        std::uintmax_t file_bytes, const std::string& asked) {
     if (format == PictureFormat::tiff) return decode_tiff(path, options, file_bytes, asked);
-    if (format == PictureFormat::jpeg) return decode_jpeg(path, options, file_bytes, asked);
     OpenFile file;
-    PngChunks chunks;
-    if (format == PictureFormat::png) file.frame = checked_png(path, asked, &chunks);
     if (format == PictureFormat::exr) check_exr_header(path, file_bytes, asked);
     open_file(file, path, format, options.part, asked);
     check_header(file.spec, file_bytes, asked);
     Picture picture =
         format == PictureFormat::exr
             ? read_named(file, format, options, asked)
-            : read_colours(file, format, surroundings_of(path, format, chunks, asked), options, asked);
+            : read_unnamed(file, format, surroundings_of(path, format, file.spec, asked), options, asked);
     // Damage that the decoder could paint over is reported only here.
     if (file.input->has_error()) refuse_codec(*file.input, "it is damaged", asked);
-    if (chunks.animated) picture.remarks.emplace_back("it is animated, and its first picture is read");
     return picture;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// Decoding through OpenImageIO: every format but PNM.
+/// Decoding through OpenImageIO and libtiff: TIFF, EXR, WebP and HEIF.
 
 #include <filesystem>
 #include <string>

@@ -2,7 +2,6 @@
 
 extern "C" const btfield::detail::PictureCodec* btfield_picture_codec() {
     using namespace btfield::detail;
-    static constexpr PictureCodec codec{&decode_picture,     &encode_picture, &decode_palette_png,
-                                        &encode_palette_png, &open_zip,       &write_zip};
+    static constexpr PictureCodec codec{&decode_picture, &encode_picture, &open_zip, &write_zip};
     return &codec;
 }

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "host/pictures/oiio/colour_profile.hpp"
+#include "host/pictures/colour_profile.hpp"
 #include "host/pictures/oiio/tiff_file.hpp"
 
 namespace btfield::detail {

@@ -1,4 +1,6 @@
-#include "host/pictures/oiio/png_frame.hpp"
+#include "host/pictures/png_frame.hpp"
+
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -15,22 +17,9 @@
 namespace btfield::detail {
 namespace {
 
-constexpr std::array<std::uint32_t, 256> crc_table() {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < table.size(); ++i) {
-        std::uint32_t value = i;
-        for (int bit = 0; bit < 8; ++bit) value = (value & 1U) != 0 ? value >> 1 ^ 0xedb88320U : value >> 1;
-        table[i] = value;
-    }
-    return table;
-}
-
-/// The reflected CRC-32 of ISO 3309, as the PNG specification asks for.
-std::uint32_t crc32(std::string_view bytes) {
-    static constexpr std::array<std::uint32_t, 256> table = crc_table();
-    std::uint32_t sum = 0xffffffffU;
-    for (const char c : bytes) sum = table[(sum ^ static_cast<unsigned char>(c)) & 0xffU] ^ sum >> 8;
-    return ~sum;
+/// Of ISO 3309, as the PNG specification asks for.
+std::uint32_t sum_of(std::string_view bytes) {
+    return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 std::uint32_t word(std::string_view bytes, std::size_t at) {
@@ -63,10 +52,9 @@ void check_header(std::string_view content, std::size_t file_bytes, const std::s
                   static_cast<std::uintmax_t>(file_bytes), asked, deflate);
 }
 
-/// Chunks that decide about pixel values, and texts. What others say of colours is understood here: the
-/// decoder has remarks on most.
+/// Chunks that decide about pixel values. What others say is understood here.
 bool matters(std::string_view name) {
-    constexpr std::array<std::string_view, 6> kept{"IHDR", "PLTE", "tRNS", "IDAT", "IEND", "tEXt"};
+    constexpr std::array<std::string_view, 5> kept{"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
     return std::find(kept.begin(), kept.end(), name) != kept.end();
 }
 
@@ -78,6 +66,9 @@ void keep(PngChunks& chunks, std::string_view name, std::string_view content) {
                                                                           {"eXIf", &chunks.exif}}};
     for (const auto& [text, place] : known)
         if (name == text) *place = content;
+    constexpr std::string_view description("Description", 12);  // with the zero behind it
+    if (name == "tEXt" && content.starts_with(description))
+        chunks.description = content.substr(description.size());
     if (name == "iTXt" && content.starts_with(png_xmp_mark)) chunks.xmp = content;
     if (name == "sRGB") chunks.has_srgb = true;
     if (name == "acTL") chunks.animated = true;
@@ -107,7 +98,7 @@ std::string checked_png(const std::filesystem::path& path, const std::string& as
                              use_a_complete_file);
         }
         const std::string_view content = all.substr(at + head, length);
-        if (crc32(all.substr(at + 4, 4 + length)) != word(all, at + head + length)) {
+        if (sum_of(all.substr(at + 4, 4 + length)) != word(all, at + head + length)) {
             throw InputError(
                 asked, "its " + (called == "IDAT" ? "pixel data is" : called + " chunk is") + " damaged",
                 use_a_complete_file);

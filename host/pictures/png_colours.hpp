@@ -6,15 +6,16 @@
 #include <string>
 #include <string_view>
 
+#include "host/pictures/colour_profile.hpp"
 #include "host/pictures/exif.hpp"
-#include "host/pictures/oiio/colour_profile.hpp"
 
 namespace btfield::detail {
 
 struct PngChunks {
     /// Contents of gAMA, cHRM, iCCP, cICP and eXIf.
     std::string gamma, primaries, profile, code_points, exif;
-    std::string xmp;  ///< content of the iTXt that holds it
+    std::string xmp;          ///< content of the iTXt that holds it
+    std::string description;  ///< the text of that name
     bool has_srgb = false;
     bool animated = false;  ///< acTL: only the first picture is read
 };

@@ -1,4 +1,4 @@
-#include "host/pictures/oiio/colour_profile.hpp"
+#include "host/pictures/colour_profile.hpp"
 
 #include <lcms2.h>
 

@@ -1,4 +1,4 @@
-#include "host/pictures/oiio/png_colours.hpp"
+#include "host/pictures/png_colours.hpp"
 
 #include <zlib.h>
 

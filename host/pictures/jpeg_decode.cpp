@@ -1,4 +1,4 @@
-#include "host/pictures/oiio/jpeg_decode.hpp"
+#include "host/pictures/jpeg_decode.hpp"
 
 #include <csetjmp>
 #include <cstddef>
@@ -15,8 +15,8 @@
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
 #include "host/pictures/channels.hpp"
+#include "host/pictures/colour_profile.hpp"
 #include "host/pictures/exif.hpp"
-#include "host/pictures/oiio/colour_profile.hpp"
 #include "host/pictures/orientation.hpp"
 #include "host/pictures/picture_format.hpp"
 

@@ -1,32 +1,24 @@
-#include "host/pictures/oiio/palette_png.hpp"
+#include "host/pictures/palette_png.hpp"
 
 #include <png.h>
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <new>
 #include <string_view>
 #include <utility>
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
-#include "host/pictures/oiio/png_frame.hpp"
 #include "host/pictures/picture_format.hpp"
+#include "host/pictures/png_frame.hpp"
 #include "host/pictures/png_state.hpp"
 
 namespace btfield::detail {
 namespace {
 
-void take_bytes(png_structp png, png_bytep to, std::size_t count) {
-    auto& rest = *static_cast<std::string_view*>(png_get_io_ptr(png));
-    if (count > rest.size()) png_error(png, "it ends early");
-    std::memcpy(to, rest.data(), count);
-    rest.remove_prefix(count);
-}
-
 void read_png_header(png_structp png, png_infop info, std::string_view& rest) {
-    png_set_read_fn(png, &rest, &take_bytes);
+    read_png_from(png, rest);
     png_set_benign_errors(png, 0);  // a picture that is nearly right is wrong
     png_set_check_for_invalid_index(png, 0);
     png_read_info(png, info);
