@@ -12,6 +12,7 @@
 #include "host/base/text.hpp"
 #include "host/pictures/colour.hpp"
 #include "host/pictures/picture_names.hpp"
+#include "host/pictures/picture_room.hpp"
 
 namespace btfield {
 namespace {
@@ -64,6 +65,21 @@ ColourSpace colour_space(std::string_view name) {
 
 Image::Image(Size size, int planes, ColourSpace space)
     : size_(size), planes_(planes), space_(space), values_(checked_values(size, planes)) {}
+
+Image detail::PictureRoom::make(Size size, int planes, ColourSpace space, std::size_t room) {
+    Image image;
+    const std::size_t values = checked_values(size, planes);
+    image.values_.reserve(std::max(values, room));
+    image.values_.resize(values);
+    image.size_ = size;
+    image.planes_ = planes;
+    image.space_ = space;
+    return image;
+}
+
+std::span<float> detail::PictureRoom::of(Image& image) {
+    return {image.values_.data(), image.values_.capacity()};
+}
 
 void Image::set_names(std::vector<std::string> names) {
     if (!names.empty() && names.size() != static_cast<std::size_t>(planes_)) {

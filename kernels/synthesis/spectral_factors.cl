@@ -131,13 +131,14 @@ inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, c
 }
 
 #ifdef BTFIELD_KERNEL_synthesise_spectrum
-// Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures.
+// Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures, seeds from first_seed on.
 // Bin ky of a row kx is pair ky/16 % 2 of block 16·(ky/32) + ky%16; on ky = 0 and H/2 the upper half of kx mirrors the lower
 // and self-conjugate bins are real. Spectra of planes begin `stride` floats apart, imaginary parts im_at floats after im.
 // Work-item (vector of blocks, kx, part).
 __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __global const uint2* seeds,
                                   __global float* re, __global float* im, int height, int width, int pitch,
-                                  int batch, int parts, uint level, ulong stride, ulong im_at) {
+                                  int batch, int parts, uint level, ulong stride, ulong im_at,
+                                  int first_seed) {
     const int item = (int)get_global_id(0);
     const int kx = (int)get_global_id(1);
     const int part = (int)get_global_id(2);
@@ -160,7 +161,7 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
         special[h] = ky == 0 || (height % 2 == 0 && ky <= last && last < ky + VW);
     }
     for (int b = 0; b < batch; ++b) {
-        const uint2 seed = seeds[b];
+        const uint2 seed = seeds[first_seed + b];
         REALN zr[2][D], zi[2][D];
         for (int j = 0; j < D; ++j) {
             philox_words counter;
