@@ -42,7 +42,7 @@
 #define COEFFICIENTS_OF(part) (coefficients + (size_t)(part) * (count + 2) * D * D)
 
 // F_t at (kx, ky…).
-inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+INLINED void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
 #if BTFIELD_FACTOR == 1 || BTFIELD_FACTOR == 2
     hermitian_factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
 #else
@@ -74,7 +74,7 @@ inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN
 #if BTFIELD_STORED_FACTORS
 #define FACTOR_SOURCE __global const float *factor_re, __global const float *factor_im
 
-inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr,
+INLINED void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr,
                          REALN* fi) {
     UNROLL
     for (int e = 0; e < D * D; ++e) {
@@ -112,7 +112,7 @@ __kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __gl
 #endif
 
 // y = F z; the mean of plane i is added at frequency 0, where one unit is one unit of every pixel.
-inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, const REALN* zi,
+INLINED void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, const REALN* zi,
                             __global const float* mean, __global float* re, __global float* im, size_t base,
                             size_t plane_size, int zero_frequency) {
     UNROLL
