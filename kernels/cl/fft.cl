@@ -17,6 +17,7 @@
 #error "BTFIELD_FFT_ODD (1 for lengths with an odd prime factor) is not defined"
 #endif
 
+#define UNROLL _Pragma("unroll")
 #define ROOM BTFIELD_FFT_ROOM
 #define SIGN ((float)BTFIELD_FFT_SIGN)
 #define SQRT_HALF 0.70710678118654752f
@@ -209,13 +210,60 @@ inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __g
 // Lanes of ky into rows of the layout between the passes, as many as there are.
 inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re, __global float* mid_im,
                        size_t row, int count, int length, int pitch_x) {
+    int done = 0;
+#if VW > 1
+    for (; done + VW <= length; done += VW) {
+        REALN r[VW], i[VW];
+        UNROLL
+        for (int l = 0; l < VW; ++l) r[l] = re[done + l], i[l] = im[done + l];
+        transpose_lanes(r);
+        transpose_lanes(i);
+        UNROLL
+        for (int l = 0; l < VW; ++l) {
+            if (l >= count) continue;
+            const size_t out = (row + l) * pitch_x + done;
+            STOREN(r[l], mid_re + out);
+            STOREN(i[l], mid_im + out);
+        }
+    }
+#endif
     const float* sr = (const float*)re;
     const float* si = (const float*)im;
     for (int l = 0; l < VW && l < count; ++l) {
         const size_t out = (row + l) * pitch_x;
-        for (int k = 0; k < length; ++k) {
+        for (int k = done; k < length; ++k) {
             mid_re[out + k] = sr[k * VW + l];
             mid_im[out + k] = si[k * VW + l];
+        }
+    }
+}
+
+// The way back: rows row, row + 1 … last, the last one again and again, times `sign` in the imaginary part.
+inline void load_rows(__global const float* mid_re, __global const float* mid_im, size_t row, size_t last, int length,
+                      int pitch_x, float sign, REALN* re, REALN* im) {
+    int done = 0;
+#if VW > 1
+    for (; done + VW <= length; done += VW) {
+        REALN r[VW], i[VW];
+        UNROLL
+        for (int l = 0; l < VW; ++l) {
+            const size_t in = min(row + l, last) * pitch_x + done;
+            r[l] = LOADN(mid_re + in);
+            i[l] = LOADN(mid_im + in) * sign;
+        }
+        transpose_lanes(r);
+        transpose_lanes(i);
+        UNROLL
+        for (int l = 0; l < VW; ++l) re[done + l] = r[l], im[done + l] = i[l];
+    }
+#endif
+    float* xr = (float*)re;
+    float* xi = (float*)im;
+    for (int l = 0; l < VW; ++l) {
+        const size_t in = min(row + l, last) * pitch_x;
+        for (int k = done; k < length; ++k) {
+            xr[k * VW + l] = mid_re[in + k];
+            xi[k * VW + l] = mid_im[in + k] * sign;
         }
     }
 }
@@ -327,15 +375,8 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
     const int rows = height / 2 + 1;
     if (ky >= rows) return;
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
-    float* xr = (float*)ar;
-    float* xi = (float*)ai;
-    for (int l = 0; l < VW; ++l) {
-        const size_t in = ((size_t)plane * rows + min(ky + l, rows - 1)) * pitch_x;
-        for (int k = 0; k < length; ++k) {
-            xr[k * VW + l] = mid_re[in + k];
-            xi[k * VW + l] = mid_im[in + k];
-        }
-    }
+    const size_t first_row = (size_t)plane * rows;
+    load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, length, pitch_x, 1.0f, ar, ai);
     const int swapped = transform(length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
@@ -362,17 +403,10 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
     const int rows = height / 2 + 1;
     if (patch >= patches) return;
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM], sum_re[ROOM], sum_im[ROOM];
-    float* xr = (float*)ar;
-    float* xi = (float*)ai;
     for (int k = 0; k < length; ++k) sum_re[k] = sum_im[k] = (REALN)(0.0f);
     for (int plane = 0; plane < planes; ++plane) {
-        for (int l = 0; l < VW; ++l) {
-            const size_t in = ((size_t)(patch * planes + plane) * rows + min(ky + l, rows - 1)) * pitch_in;
-            for (int k = 0; k < columns_in; ++k) {
-                xr[k * VW + l] = mid_re[in + k];
-                xi[k * VW + l] = -mid_im[in + k];
-            }
-        }
+        const size_t first_row = (size_t)(patch * planes + plane) * rows;
+        load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, columns_in, pitch_in, -1.0f, ar, ai);
         for (int k = columns_in; k < length; ++k) ar[k] = ai[k] = (REALN)(0.0f);
         const int swapped = transform(length, ar, ai, br, bi, tw);
         const REALN* pr = swapped ? br : ar;
