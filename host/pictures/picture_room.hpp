@@ -11,6 +11,7 @@
 namespace btfield::detail {
 
 struct PictureRoom {
+    /// A picture to be filled: large ones begin with anything.
     /// \param room  values that the picture's memory holds in all; no fewer than the picture's own
     /// \throws InputError as Image does
     [[nodiscard]] static Image make(Size size, int planes, ColourSpace space, std::size_t room);
