@@ -162,12 +162,12 @@ void SpectralFactors::set_means(DeviceImpl& device,
     store(device);
     const std::size_t frequencies =
         static_cast<std::size_t>(lattice_.width) * static_cast<std::size_t>(spectrum_pitch(lattice_.height));
-    const auto d = static_cast<std::size_t>(planes_);
+    const auto d = static_cast<std::size_t>(planes_), lanes = static_cast<std::size_t>(device.vector_width());
     for (std::size_t part = 0; part < densities.size(); ++part) {
         if (!densities[part]) continue;
         const Matrix root = scale_ * symmetric_root(*densities[part]);
         for (std::size_t e = 0; e < d * d; ++e) {
-            const std::size_t place = sizeof(float) * (part * d * d + e) * frequencies;
+            const std::size_t place = sizeof(float) * (part * d * d * frequencies + e * lanes);
             const auto re = static_cast<float>(root.data()[e]);
             const float im = 0.0F;
             device.write(factor_re_, &re, sizeof re, place);

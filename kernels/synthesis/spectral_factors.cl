@@ -5,8 +5,8 @@
 //   0 autoregressive   scale · Λ_t⁻¹ Σ^{1/2}
 //   1 MMRF, 2 PMRF     as hermitian_factor.clh says
 //   3 moving average   scale · Λ_t Σ^{1/2}, Λ_t the transfer function
-// Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors:
-// [part][i][j][kx][ky], re and im.
+// Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors, re and im:
+// [part][kx][vector of ky][i][j][lane], one after the other as they are read.
 
 #include "base/philox.clh"
 
@@ -71,16 +71,21 @@ INLINED void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REAL
 }
 #endif
 
+// Where the factors of a vector of ky begin.
+inline size_t factor_place(int part, int kx, int ky, int width, int pitch) {
+    return (((size_t)part * width + kx) * pitch + ky) * (D * D);
+}
+
 #if BTFIELD_STORED_FACTORS
 #define FACTOR_SOURCE __global const float *factor_re, __global const float *factor_im
 
 INLINED void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr,
                          REALN* fi) {
+    const size_t first = factor_place(part, kx, ky, width, pitch);
     UNROLL
     for (int e = 0; e < D * D; ++e) {
-        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
-        fr[e] = LOADN(factor_re + i);
-        fi[e] = LOADN(factor_im + i);
+        fr[e] = LOADN(factor_re + first + e * VW);
+        fi[e] = LOADN(factor_im + first + e * VW);
     }
 }
 
@@ -93,7 +98,7 @@ INLINED void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, in
 #endif
 
 #ifdef BTFIELD_KERNEL_spectral_factors
-// Factors of every frequency of the half spectrum, [part][i][j][kx][ky]. Work-item (vector of ky, kx, part).
+// Factors of every frequency of the half spectrum. Work-item (vector of ky, kx, part).
 __kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __global float* factor_im,
                                int width, int pitch) {
     const int ky = (int)get_global_id(0) * VW;
@@ -102,11 +107,11 @@ __kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __gl
     if (ky >= pitch) return;
     REALN fr[D * D], fi[D * D];
     factor(COEFFICIENTS_OF(part), offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
+    const size_t first = factor_place(part, kx, ky, width, pitch);
     UNROLL
     for (int e = 0; e < D * D; ++e) {
-        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
-        STOREN(fr[e], factor_re + i);
-        STOREN(fi[e], factor_im + i);
+        STOREN(fr[e], factor_re + first + e * VW);
+        STOREN(fi[e], factor_im + first + e * VW);
     }
 }
 #endif
