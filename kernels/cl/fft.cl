@@ -174,9 +174,28 @@ inline void stage_odd(int length, int radix, int n, int s, const REALN* xr, cons
         }
 }
 
-// Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi).
-inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
+// The first stage of 8 where only the first `filled` values are not 0, no more than n/8: each is alone in its sums.
+inline void stage8_alone(int n, int filled, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                         __global const float2* tw) {
+    for (int p = 0; p < filled; ++p) {
+        const complexn x = at(xr, xi, p);
+        put(yr, yi, 8 * p, x);
+        for (int k = 1; k < 8; ++k) put(yr, yi, 8 * p + k, twiddle(x, tw[k * p]));
+    }
+    for (int i = 8 * filled; i < n; ++i) yr[i] = yi[i] = (REALN)(0.0f);
+}
+
+// Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi). Values from `filled` on stand for 0.
+inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
     int n = length, s = 1, swapped = 0;
+    if (n % 8 == 0 && filled <= n / 8) {
+        stage8_alone(n, filled, ar, ai, br, bi, tw);
+        n /= 8;
+        s = 8;
+        swapped = 1;
+    } else {
+        for (int i = filled; i < n; ++i) ar[i] = ai[i] = (REALN)(0.0f);
+    }
     while (n > 1) {
         const REALN* xr = swapped ? br : ar;
         const REALN* xi = swapped ? bi : ai;
@@ -285,7 +304,7 @@ __kernel void fft_columns_inverse(__global const float* re, __global const float
         ar[k] = LOADN(re + base + (size_t)k * pitch_ky);
         ai[k] = LOADN(im + base + (size_t)k * pitch_ky);
     }
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const int swapped = transform(length, length, ar, ai, br, bi, tw);
     store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, (size_t)plane * rows + ky, rows - ky,
                length, pitch_x);
 }
@@ -322,7 +341,7 @@ __kernel void fft_rows_inverse(__global const float* mid_re, __global const floa
             ai[k] = b_re;
         }
     }
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const int swapped = transform(length, length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     __global float* out = images + (size_t)(first + plane) * length * width + x;
@@ -348,8 +367,7 @@ __kernel void fft_rows_forward(__global const float* images, __global float* mid
         ar[r] = load_up_to(in + (size_t)r * width, left);
         ai[r] = load_up_to(in + (size_t)r * width + VW, left - VW);
     }
-    for (int r = rows_in; r < length; ++r) ar[r] = ai[r] = (REALN)(0.0f);
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const int swapped = transform(length, rows_in, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     const int rows = length / 2 + 1;
@@ -377,7 +395,7 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
     const size_t first_row = (size_t)plane * rows;
     load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, length, pitch_x, 1.0f, ar, ai);
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const int swapped = transform(length, length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     const size_t base = (size_t)plane * length * pitch_ky + ky;
@@ -407,8 +425,7 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
     for (int plane = 0; plane < planes; ++plane) {
         const size_t first_row = (size_t)(patch * planes + plane) * rows;
         load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, columns_in, pitch_in, -1.0f, ar, ai);
-        for (int k = columns_in; k < length; ++k) ar[k] = ai[k] = (REALN)(0.0f);
-        const int swapped = transform(length, ar, ai, br, bi, tw);
+        const int swapped = transform(length, columns_in, ar, ai, br, bi, tw);
         const REALN* pr = swapped ? br : ar;
         const REALN* pi = swapped ? bi : ai;
         const size_t base = (size_t)plane * length * pitch_ky + ky;
@@ -419,7 +436,7 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
             sum_im[k] = fma(fr, pi[k], fma(fi, pr[k], sum_im[k]));
         }
     }
-    const int swapped = transform(length, sum_re, sum_im, br, bi, tw);
+    const int swapped = transform(length, length, sum_re, sum_im, br, bi, tw);
     store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, (size_t)patch * rows + ky,
                rows - ky, length, pitch_x);
 }
