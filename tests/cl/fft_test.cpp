@@ -204,6 +204,7 @@ TEST_P(FftSmall, LanesOfShortSides) {
 
 TEST_P(FftSmall, CorrelatesPatches) {
     check_correlation(device_, FftBackend::lanes, {8, 15}, {3, 5}, 2);
+    check_correlation(device_, FftBackend::lanes, {16, 8}, {2, 1}, 1);  // most of it zeros
 }
 
 class FftWidths : public FftSmall {};
@@ -225,6 +226,9 @@ TEST_P(FftWidths, CorrelatesPatchesOfAnySize) {
     check_correlation(device_, FftBackend::lanes, {26, 45}, {1, 7}, 3);
     check_correlation(device_, FftBackend::lanes, {64, 40}, {20, 1}, 4);
     check_correlation(device_, FftBackend::lanes, {16, 52}, {11, 37}, 8);
+    check_correlation(device_, FftBackend::lanes, {64, 40}, {8, 5}, 2);
+    check_correlation(device_, FftBackend::lanes, {64, 40}, {9, 6}, 2);
+    check_correlation(device_, FftBackend::lanes, {72, 80}, {3, 10}, 1);
 }
 
 TEST(Fft, ClFftCorrelates) {
