@@ -11,6 +11,7 @@
 #include "bench/peers/synthesis.hpp"
 #include "bench/report.hpp"
 #include "btfield/theory.hpp"
+#include "host/pictures/picture_room.hpp"
 
 namespace btfield::bench {
 namespace {
@@ -64,7 +65,8 @@ void add_case(int levels, int count) {
         auto textures = std::make_shared<std::vector<Image>>(count, Image(size, fitted.planes));
         return std::pair(work(fitted, count), std::function<void()>([=, s = seeds(count)] {
                              // A texture in memory of its own each time, as here.
-                             for (Image& texture : *textures) texture = Image(size, fitted.planes);
+                             for (Image& texture : *textures)
+                                 texture = detail::PictureRoom::make(size, fitted.planes, fitted.space, 0);
                              if (count == 1)
                                  synthesiser->synthesise(s.front(), textures->front());
                              else

@@ -92,6 +92,27 @@ TEST(ManyThreads, OneSynthesiser) {
     EXPECT_EQ(sum.load(), 0) << "of " << threads * 50;
 }
 
+TEST(ManyThreads, LargeTexturesOfOneSynthesiser) {
+    // Large enough to be written to the pictures' own memory.
+    const TextureModel model = grown_model();
+    const Size size{448, 432};
+    const std::vector<std::uint64_t> seeds{0, 1, 2, 3, 4};
+    Device device;
+    Synthesiser synthesiser(device, model, size);
+    const std::vector<Image> expected = synthesiser.synthesise(seeds);
+    std::atomic<int> sum{0};
+    in_threads([&](int t) {
+        const std::size_t first = t % 2 == 0 ? 0 : 1;
+        for (int repeat = 0; repeat < 4; ++repeat) {
+            const std::vector<Image> images = synthesiser.synthesise(std::span(seeds).subspan(first));
+            for (std::size_t i = 0; i < images.size(); ++i)
+                sum += same(images[i], expected[i + first]) ? 0 : 1;
+            sum += same(synthesiser.synthesise(3), expected[3]) ? 0 : 1;
+        }
+    });
+    EXPECT_EQ(sum.load(), 0);
+}
+
 TEST(ManyThreads, OneDeviceAndSynthesisersOfTheirOwn) {
     const TextureModel model = grown_model();
     const std::vector<Image> expected = alone(model, 50);

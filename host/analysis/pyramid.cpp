@@ -113,7 +113,8 @@ DevicePlanes PyramidStages::reduce(const DevicePlanes& fine) {
     return {std::move(values), coarse, coarse, fine.planes};
 }
 
-DevicePlanes PyramidStages::add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale) {
+DevicePlanes PyramidStages::add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale,
+                                         int first) {
     const Size fine = base.size;
     const auto planes = static_cast<std::size_t>(base.planes);
     const int lanes = device_->vector_width();
@@ -131,7 +132,7 @@ DevicePlanes PyramidStages::add_expanded(DevicePlanes base, const DevicePlanes& 
                     {vectors(coarse.size.width, lanes), static_cast<std::size_t>(fine.height), planes},
                     Grain::fine, work, coarse.values, base.values, target, expand_weights_,
                     coarse.size.height, coarse.size.width, coarse.lattice.height, coarse.lattice.width,
-                    base.lattice.height, base.lattice.width, fine.height, fine.width, scale);
+                    base.lattice.height, base.lattice.width, fine.height, fine.width, scale, first);
     return {own ? std::move(own) : std::move(base.values), fine, fine, base.planes};
 }
 

@@ -17,7 +17,9 @@ class PyramidStages {
     /// ↓n(fine ⊗ w). `fine` must fill its lattice.
     [[nodiscard]] DevicePlanes reduce(const DevicePlanes& fine);
     /// base + scale · ↑n(coarse), of base's size, filling its lattice. May take over base's memory.
-    [[nodiscard]] DevicePlanes add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale);
+    /// \param first  of the coarse planes that belong to base's
+    [[nodiscard]] DevicePlanes add_expanded(DevicePlanes base, const DevicePlanes& coarse, float scale,
+                                            int first = 0);
 
   private:
     [[nodiscard]] Kernel kernel(const char* name);

@@ -15,6 +15,16 @@ struct Buffer::Shelf {
     cl::Context context;
     std::mutex mutex;  ///< of what follows
     std::multimap<std::size_t, std::shared_ptr<cl::Buffer>> idle;
+    std::shared_ptr<HugeMemory> shared;  ///< huge page from which small buffers are cut
+
+    [[nodiscard]] std::shared_ptr<HugeMemory> page_for(std::size_t bytes, std::byte*& place) {
+        const std::lock_guard lock(mutex);
+        if (shared && (place = shared->take(bytes)) != nullptr) return shared;
+        const auto fresh = std::make_shared<HugeMemory>(huge_page);
+        place = fresh->take(bytes);
+        if (!shared || fresh->left() > shared->left()) shared = fresh;
+        return fresh;
+    }
 };
 
 Buffer& Buffer::operator=(Buffer&& other) noexcept {
@@ -51,30 +61,23 @@ Buffer Buffer::foreign(std::shared_ptr<cl::Buffer> handle, std::size_t bytes) {
 
 namespace {
 
-struct Mapping {
-    void* memory;
-    std::size_t bytes;
-};
+/// Bytes of a buffer that is worth a place in a huge page: fresh pages of the usual size cost more than what
+/// is computed there.
+constexpr std::size_t smallest_mapped = std::size_t{1} << 16;
 
 void CL_CALLBACK unmap(cl_mem /*gone*/, void* mapping) {
-    const std::unique_ptr<Mapping> done(static_cast<Mapping*>(mapping));
-    unmap_huge(done->memory, done->bytes);
+    const std::unique_ptr<std::shared_ptr<HugeMemory>> done(
+        static_cast<std::shared_ptr<HugeMemory>*>(mapping));
 }
 
-/// A buffer in memory of the host's, which goes with the last command that uses the buffer.
-std::shared_ptr<cl::Buffer> mapped_buffer(const cl::Context& context, std::size_t bytes) {
-    auto mapping = std::make_unique<Mapping>(Mapping{map_huge(bytes), bytes});
-    std::shared_ptr<cl::Buffer> buffer;
-    try {
-        buffer = std::make_shared<cl::Buffer>(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes,
-                                              mapping->memory);
-        buffer->setDestructorCallback(&unmap, mapping.get());
-    } catch (...) {
-        buffer.reset();
-        unmap_huge(mapping->memory, bytes);
-        throw;
-    }
-    static_cast<void>(mapping.release());  // unmap() has it now
+/// A buffer in memory of the host's, which it keeps until the last command that uses the buffer.
+std::shared_ptr<cl::Buffer> mapped_buffer(const cl::Context& context, std::size_t bytes, std::byte* place,
+                                          std::shared_ptr<HugeMemory> mapping) {
+    auto kept = std::make_unique<std::shared_ptr<HugeMemory>>(std::move(mapping));
+    auto buffer =
+        std::make_shared<cl::Buffer>(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, place);
+    buffer->setDestructorCallback(&unmap, kept.get());
+    static_cast<void>(kept.release());  // unmap() has it now
     return buffer;
 }
 
@@ -106,8 +109,17 @@ Buffer BufferPool::take(std::size_t bytes) {
                               "its largest allocation is " + std::to_string(largest_) + " bytes",
                               "use a smaller size, or a device with more memory");
         const auto allocate = [&] {
-            if (shares_memory_ && bytes >= huge_page) return mapped_buffer(shelf_->context, bytes);
-            return std::make_shared<cl::Buffer>(shelf_->context, CL_MEM_READ_WRITE, bytes);
+            if (!shares_memory_ || bytes < smallest_mapped)
+                return std::make_shared<cl::Buffer>(shelf_->context, CL_MEM_READ_WRITE, bytes);
+            std::byte* place = nullptr;
+            std::shared_ptr<HugeMemory> mapping;
+            if (bytes < huge_page) {
+                mapping = shelf_->page_for(bytes, place);
+            } else {
+                mapping = std::make_shared<HugeMemory>(bytes);
+                place = mapping->take(bytes);
+            }
+            return mapped_buffer(shelf_->context, bytes, place, std::move(mapping));
         };
         try {
             buffer.handle_ = allocate();
@@ -135,6 +147,7 @@ std::size_t BufferPool::idle_bytes() const {
 void BufferPool::clear() {
     const std::lock_guard lock(shelf_->mutex);
     shelf_->idle.clear();
+    shelf_->shared.reset();
 }
 
 }  // namespace btfield::detail

@@ -45,22 +45,16 @@ std::string name_of(const cl::Kernel& kernel) {
     return kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
 }
 
-/// Whether the device works in the host's own memory.
-bool shares_memory(const cl::Device& device) {
-    return device.getInfo<CL_DEVICE_TYPE>() == CL_DEVICE_TYPE_CPU ||
-           device.getInfo<CL_DEVICE_HOST_UNIFIED_MEMORY>() == CL_TRUE;
-}
-
 }  // namespace
 
 struct DeviceImpl::OpenCl {
     OpenCl(const cl::Device& of, const cl::Context& in, const cl::CommandQueue* on, const std::string& name,
-           const DeviceOptions& options, std::size_t largest_allocation)
+           const DeviceOptions& options, std::size_t largest_allocation, bool shares_memory)
         : device(of),
           context(in),
           queue(on ? *on : guarded("create a queue", name, [&] { return own_queue(options); })),
           programs(context, device, cache_folder(options)),
-          pool(context, name, largest_allocation, shares_memory(device)) {}
+          pool(context, name, largest_allocation, shares_memory) {}
 
     [[nodiscard]] cl::CommandQueue own_queue(const DeviceOptions& options) const {
         return {context, device,
@@ -89,16 +83,16 @@ DeviceImpl::DeviceImpl(std::string_view spec, const DeviceOptions& options) : op
     look_at(chosen.device);
     const cl::Context context =
         guarded("create a context", info_.name, [&] { return cl::Context(chosen.device); });
-    opencl_ =
-        std::make_unique<OpenCl>(chosen.device, context, nullptr, info_.name, options, largest_allocation_);
+    opencl_ = std::make_unique<OpenCl>(chosen.device, context, nullptr, info_.name, options,
+                                       largest_allocation_, shares_memory_);
 }
 
 DeviceImpl::DeviceImpl(const DeviceCandidate& device, const cl::Context& context,
                        const cl::CommandQueue* queue, const DeviceOptions& options)
     : info_(device.info), options_(options) {
     look_at(device.device);
-    opencl_ =
-        std::make_unique<OpenCl>(device.device, context, queue, info_.name, options, largest_allocation_);
+    opencl_ = std::make_unique<OpenCl>(device.device, context, queue, info_.name, options,
+                                       largest_allocation_, shares_memory_);
 }
 
 void DeviceImpl::look_at(const cl::Device& device) {
@@ -108,6 +102,8 @@ void DeviceImpl::look_at(const cl::Device& device) {
         largest_allocation_ = static_cast<std::size_t>(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>());
         local_memory_ = static_cast<std::size_t>(device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
         largest_group_ = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+        shares_memory_ = device.getInfo<CL_DEVICE_TYPE>() == CL_DEVICE_TYPE_CPU ||
+                         device.getInfo<CL_DEVICE_HOST_UNIFIED_MEMORY>() == CL_TRUE;
     });
     const std::uint64_t asked = options_.memory_bytes > 0 ? options_.memory_bytes : memory_of_environment();
     const auto all = static_cast<double>(info_.memory_bytes);

@@ -95,6 +95,8 @@ class DeviceImpl {
     [[nodiscard]] double memory_limit() const { return memory_limit_; }
     /// Bytes of local memory of a work-group.
     [[nodiscard]] std::size_t local_memory() const { return local_memory_; }
+    /// Whether the device works in the host's own memory.
+    [[nodiscard]] bool shares_memory() const { return shares_memory_; }
     /// Work-items that a group of a launch has at most.
     [[nodiscard]] std::size_t largest_group(Grain grain) const;
 
@@ -204,6 +206,7 @@ class DeviceImpl {
     const Tuning* tuning_;
     int vector_width_ = 1;
     double memory_limit_ = 0.0;
+    bool shares_memory_ = false;
     std::size_t largest_allocation_ = 0, local_memory_ = 0, largest_group_ = 0;
     std::unique_ptr<OpenCl> opencl_;
     FftPlans ffts_;

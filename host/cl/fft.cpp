@@ -61,17 +61,19 @@ class LaneFft : public Fft {
         rows_inverse(device, mid, images, 0, planes);
     }
 
-    [[nodiscard]] bool works_in_place() const override { return true; }
+    [[nodiscard]] bool takes_packed() const override { return true; }
 
-    void inverse_in_place(DeviceImpl& device, Buffer& planes, int count) override {
+    void inverse_packed(DeviceImpl& device, const Buffer& spectra, int first, const Buffer& images,
+                        int count) override {
         const PackedSpectrum packed{size_};
         const int together = planes_together(count);
         const Mid mid(device, mid_bytes(together));
-        // An image ends before the spectrum of the next plane begins, which is read later.
-        for (int first = 0; first < count; first += together) {
-            const int some = std::min(together, count - first);
-            columns_inverse(device, planes, planes, mid, first, some, packed.stride(), packed.imaginary());
-            rows_inverse(device, mid, planes, first, some);
+        // In place, an image ends before the spectrum of the next plane begins, which is read later.
+        for (int done = 0; done < count; done += together) {
+            const int some = std::min(together, count - done);
+            columns_inverse(device, spectra, spectra, mid, first + done, some, packed.stride(),
+                            packed.imaginary());
+            rows_inverse(device, mid, images, done, some);
         }
     }
 
@@ -112,7 +114,7 @@ class LaneFft : public Fft {
     }
 
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
-    [[nodiscard]] std::size_t in_place_scratch_bytes(int planes) const override {
+    [[nodiscard]] std::size_t packed_scratch_bytes(int planes) const override {
         return 2 * mid_bytes(planes_together(planes));
     }
 
@@ -139,7 +141,7 @@ class LaneFft : public Fft {
     }
     /// As many as leave what lies between the passes in a cache, and have work for many cores.
     [[nodiscard]] int planes_together(int count) const {
-        return static_cast<int>(std::clamp<std::size_t>(fft_in_place_room / (2 * mid_bytes(1)), 1,
+        return static_cast<int>(std::clamp<std::size_t>(fft_packed_room / (2 * mid_bytes(1)), 1,
                                                         static_cast<std::size_t>(std::max(count, 1))));
     }
     /// 5 n log2 n operations of a complex transform of n, half as many of a real one.

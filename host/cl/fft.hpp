@@ -27,8 +27,8 @@ inline constexpr int fft_largest_prime = 13;
 /// than a CPU driver's stacks hold.
 inline constexpr int fft_longest_side = 16384;
 
-/// Bytes that lie between the passes of a transform in place, where one plane does not take more.
-inline constexpr std::size_t fft_in_place_room = std::size_t{16} << 20;
+/// Bytes that lie between the passes of a packed transform, where one plane does not take more.
+inline constexpr std::size_t fft_packed_room = std::size_t{16} << 20;
 
 /// Smallest n' >= n whose prime factors are all <= 13; n itself when it is one. This is the way around for
 /// other sizes: synthesise on the larger lattice and crop.
@@ -68,10 +68,12 @@ class Fft {
     virtual ~Fft() = default;
     /// Spectrum → images. The spectrum's content is lost.
     virtual void inverse(DeviceImpl& device, Spectrum& spectrum, Buffer& images, int planes) = 0;
-    /// Whether inverse_in_place() does it.
-    [[nodiscard]] virtual bool works_in_place() const { return false; }
-    /// The same in the spectra's own memory, which is PackedSpectrum's: image p begins at p·H·W.
-    virtual void inverse_in_place(DeviceImpl& /*device*/, Buffer& /*planes*/, int /*count*/) {}
+    /// Whether inverse_packed() does it.
+    [[nodiscard]] virtual bool takes_packed() const { return false; }
+    /// The same of PackedSpectrum's planes from `first` on: the image of plane first + i begins at i·H·W of
+    /// `images`, which may be the spectra's own memory where `first` is 0.
+    virtual void inverse_packed(DeviceImpl& /*device*/, const Buffer& /*spectra*/, int /*first*/,
+                                const Buffer& /*images*/, int /*count*/) {}
     /// Images → spectrum; padding rows of ky are left undefined.
     virtual void forward(DeviceImpl& device, const Buffer& images, Spectrum& spectrum, int planes) = 0;
     /// Cross-correlation of `count` patches with a sample of `planes` planes on the torus, not scaled:
@@ -83,10 +85,8 @@ class Fft {
                            const Spectrum& sample, Buffer& scores) = 0;
     /// Bytes of device memory that inverse() or forward() of this many planes takes beside its arguments.
     [[nodiscard]] virtual std::size_t scratch_bytes(int planes) const = 0;
-    /// The same of inverse_in_place().
-    [[nodiscard]] virtual std::size_t in_place_scratch_bytes(int planes) const {
-        return scratch_bytes(planes);
-    }
+    /// The same of inverse_packed().
+    [[nodiscard]] virtual std::size_t packed_scratch_bytes(int planes) const { return scratch_bytes(planes); }
 };
 
 /// Plans of one device, made when first asked for.

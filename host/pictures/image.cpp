@@ -11,7 +11,9 @@
 #include "host/base/huge_pages.hpp"
 #include "host/base/text.hpp"
 #include "host/pictures/colour.hpp"
+#include "host/pictures/picture_memory.hpp"
 #include "host/pictures/picture_names.hpp"
+#include "host/pictures/picture_room.hpp"
 
 namespace btfield {
 namespace {
@@ -32,13 +34,24 @@ std::size_t checked_values(Size size, int planes) {
     return area(size) * static_cast<std::size_t>(planes);
 }
 
+/// Whether the thread's next large pictures may begin with anything.
+thread_local bool leaves_unfilled = false;
+
+class Unfilled {
+  public:
+    Unfilled() { leaves_unfilled = true; }
+    ~Unfilled() { leaves_unfilled = false; }
+    Unfilled(const Unfilled&) = delete;
+    Unfilled& operator=(const Unfilled&) = delete;
+};
+
 }  // namespace
 
 template <class Value>
 Value* PictureAllocator<Value>::allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(Value);
     if (bytes < detail::huge_page) return static_cast<Value*>(std::memset(::operator new(bytes), 0, bytes));
-    return static_cast<Value*>(detail::map_huge(bytes));
+    return static_cast<Value*>(detail::take_picture_memory(bytes, !leaves_unfilled));
 }
 
 template <class Value>
@@ -47,7 +60,7 @@ void PictureAllocator<Value>::deallocate(Value* values, std::size_t count) noexc
     if (bytes < detail::huge_page)
         ::operator delete(values);
     else
-        detail::unmap_huge(values, bytes);
+        detail::leave_picture_memory(values, bytes);
 }
 
 template struct PictureAllocator<float>;
@@ -64,6 +77,24 @@ ColourSpace colour_space(std::string_view name) {
 
 Image::Image(Size size, int planes, ColourSpace space)
     : size_(size), planes_(planes), space_(space), values_(checked_values(size, planes)) {}
+
+Image detail::PictureRoom::make(Size size, int planes, ColourSpace space, std::size_t room) {
+    Image image;
+    const std::size_t values = checked_values(size, planes);
+    {
+        const Unfilled unfilled;
+        image.values_.reserve(std::max(values, room));
+    }
+    image.values_.resize(values);
+    image.size_ = size;
+    image.planes_ = planes;
+    image.space_ = space;
+    return image;
+}
+
+std::span<float> detail::PictureRoom::of(Image& image) {
+    return {image.values_.data(), image.values_.capacity()};
+}
 
 void Image::set_names(std::vector<std::string> names) {
     if (!names.empty() && names.size() != static_cast<std::size_t>(planes_)) {

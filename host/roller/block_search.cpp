@@ -12,7 +12,7 @@ namespace {
 
 using std::size_t;
 
-/// to ← weights (energies + known + scale · scores); `to` may begin at or before `scores`.
+/// to ← weights (energies + known + scale · scores)
 BTFIELD_WIDE void weighted_differences(const float* scores, const float* energies, const float* weights,
                                        float known, float scale, size_t count, float* to) {
     for (size_t i = 0; i < count; ++i) to[i] = weights[i] * (energies[i] + known + scale * scores[i]);
@@ -133,7 +133,7 @@ std::int64_t BlockSearch::difference(const BlockQuery& query, Size patch, Positi
 
 Position BlockSearch::choose(const BlockQuery& query, Size patch, int radius, double tolerance,
                              const Energy& energy, const PositionWeights& weights,
-                             std::span<float> scores) const {
+                             std::span<const float> scores, std::span<float> differences) const {
     const int rows = features_->size.height - patch.height + 1,
               columns = features_->size.width - patch.width + 1;
     const auto place = [&](size_t position) {
@@ -150,10 +150,9 @@ Position BlockSearch::choose(const BlockQuery& query, Size patch, int radius, do
         weighted_differences(scores.data() + static_cast<size_t>(r) * static_cast<size_t>(lattice_.width),
                              energy.values.data() + to, weights.values.data() + to, static_cast<float>(known),
                              -2.0F / static_cast<float>(area(lattice_)), static_cast<size_t>(columns),
-                             scores.data() + to);
+                             differences.data() + to);
     }
-    const std::span<float> all = scores.first(count);
-    exclude(query.excluded, radius, rows, columns, all);
+    exclude(query.excluded, radius, rows, columns, differences);
 
     // Rounding of a correlation by transforms: Gentleman and Sande (1966), as in the tests of the transform,
     // three of them one after the other; then that of sums in float32.
@@ -168,18 +167,19 @@ Position BlockSearch::choose(const BlockQuery& query, Size patch, int radius, do
     };
 
     // The least is not above this, so neither is what the tolerance admits.
-    const double least = static_cast<double>(least_of(all.data(), count)) + bound;
+    const double least = static_cast<double>(least_of(differences.data(), count)) + bound;
     std::vector<size_t> candidates;
-    not_above(all.data(), count, static_cast<float>((1.0 + tolerance) * least + bound), candidates);
+    not_above(differences.data(), count, static_cast<float>((1.0 + tolerance) * least + bound), candidates);
     double best = std::numeric_limits<double>::infinity();
     for (const size_t i : candidates)
-        if (best > 0.0 && static_cast<double>(all[i]) <= least + bound) best = std::min(best, exact(i));
+        if (best > 0.0 && static_cast<double>(differences[i]) <= least + bound)
+            best = std::min(best, exact(i));
     const double most = (1.0 + tolerance) * best;
 
     // Those that may be within the tolerance, in the order that the key gives: the first that is.
     std::vector<std::pair<std::uint64_t, size_t>> order;
     for (const size_t i : candidates)
-        if (static_cast<double>(all[i]) <= most + bound) order.emplace_back(draw(query.key, i), i);
+        if (static_cast<double>(differences[i]) <= most + bound) order.emplace_back(draw(query.key, i), i);
     std::sort(order.begin(), order.end());
     for (const auto& [number, position] : order)
         if (exact(position) <= most) return place(position);
@@ -224,20 +224,25 @@ std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Siz
         device_->ffts()
             .plan(*device_, lattice_, device_->options().fft)
             .correlate(*device_, patches, patch, static_cast<int>(n), features_->planes, spectrum_, scores);
-        host_scores_.resize(batch * area(lattice_));
-        device_->read(scores, host_scores_.data(), sizeof(float) * n * area(lattice_));
-        for_each_block(static_cast<int>(n), [&](int i) {
-            const size_t at = start + static_cast<size_t>(i);
-            if (!queries[at].strips.any()) {
-                const size_t position = draw(queries[at].key, 0) % positions;
-                found[at] = {static_cast<int>(position / static_cast<size_t>(columns)),
-                             static_cast<int>(position % static_cast<size_t>(columns))};
-                return;
-            }
-            found[at] = choose(
-                queries[at], patch, radius, tolerance, *energies[at], *weights,
-                std::span(host_scores_).subspan(static_cast<size_t>(i) * area(lattice_), area(lattice_)));
-        });
+        differences_.resize(std::max(differences_.size(), n * positions));
+        const auto choose_all = [&](const std::byte* bytes_there) {
+            const std::span<const float> there(reinterpret_cast<const float*>(bytes_there),
+                                               n * area(lattice_));
+            for_each_block(static_cast<int>(n), [&](int i) {
+                const size_t at = start + static_cast<size_t>(i);
+                if (!queries[at].strips.any()) {
+                    const size_t position = draw(queries[at].key, 0) % positions;
+                    found[at] = {static_cast<int>(position / static_cast<size_t>(columns)),
+                                 static_cast<int>(position % static_cast<size_t>(columns))};
+                    return;
+                }
+                found[at] =
+                    choose(queries[at], patch, radius, tolerance, *energies[at], *weights,
+                           there.subspan(static_cast<size_t>(i) * area(lattice_), area(lattice_)),
+                           std::span(differences_).subspan(static_cast<size_t>(i) * positions, positions));
+            });
+        };
+        device_->look(scores, 0, sizeof(float) * n * area(lattice_), choose_all);
     }
     return found;
 }

@@ -52,7 +52,7 @@ class BlockSearch {
     const Energy& energy(Size patch, const Strips& strips);
     [[nodiscard]] Position choose(const BlockQuery& query, Size patch, int radius, double tolerance,
                                   const Energy& energy, const PositionWeights& weights,
-                                  std::span<float> scores) const;
+                                  std::span<const float> scores, std::span<float> differences) const;
     [[nodiscard]] std::int64_t difference(const BlockQuery& query, Size patch, Position at) const;
 
     DeviceImpl* device_;
@@ -63,7 +63,7 @@ class BlockSearch {
     SummedArea squares_;  ///< of the sample
     std::mutex mutex_;    ///< of what follows
     std::map<std::tuple<int, int, Strips>, Energy> energies_;
-    std::vector<float> host_scores_;
+    std::vector<float> differences_;  ///< of the patches of a batch, [patch][row][column]
 };
 
 }  // namespace btfield::detail

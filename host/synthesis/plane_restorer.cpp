@@ -60,13 +60,22 @@ std::size_t PlaneRestorer::scratch_bytes(Size lattice, int textures) const {
 
 DevicePlanes PlaneRestorer::restore(DevicePlanes eigenplanes) {
     const int textures = eigenplanes.planes / rank_;
+    Buffer own;
+    if (rank_ != planes_) own = device_->buffer(scratch_bytes(eigenplanes.lattice, textures));
+    restore(eigenplanes, own ? own : eigenplanes.values, 0, textures);
+    return {own ? std::move(own) : std::move(eigenplanes.values), eigenplanes.size, eigenplanes.lattice,
+            textures * planes_};
+}
+
+void PlaneRestorer::restore(const DevicePlanes& eigenplanes, int texture, const Buffer& target) {
+    restore(eigenplanes, target, texture, 1);
+}
+
+void PlaneRestorer::restore(const DevicePlanes& eigenplanes, const Buffer& target, int first, int textures) {
     const std::size_t pixels = area(eigenplanes.lattice);
     const auto lanes = static_cast<std::size_t>(device_->vector_width());
     BuildParameters parameters = device_->lanes();
     parameters.set("BTFIELD_PLANES", planes_).set("BTFIELD_RANK", rank_).set("BTFIELD_KNOTS", knots_);
-    Buffer own;
-    if (rank_ != planes_) own = device_->buffer(scratch_bytes(eigenplanes.lattice, textures));
-    const Buffer& target = own ? own : eigenplanes.values;
     const double scale = (knots_ - 1) / (2.0 * marginal_reach);
     const double values = static_cast<double>(pixels) * textures, r = rank_, d = planes_;
     // Places among the knots: where there are 16 lanes, all steps in full.
@@ -76,9 +85,7 @@ DevicePlanes PlaneRestorer::restore(DevicePlanes eigenplanes) {
     device_->launch(device_->kernel("plane_restorer", "restore_planes", parameters),
                     {(pixels + lanes - 1) / lanes, static_cast<std::size_t>(textures)}, Grain::fine, work,
                     eigenplanes.values, target, tables_, static_cast<float>(scale), basis_,
-                    static_cast<int>(pixels));
-    return {own ? std::move(own) : std::move(eigenplanes.values), eigenplanes.size, eigenplanes.lattice,
-            textures * planes_};
+                    static_cast<int>(pixels), first);
 }
 
 }  // namespace btfield::detail

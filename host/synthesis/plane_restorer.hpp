@@ -24,10 +24,16 @@ class PlaneRestorer {
     /// [texture · r + eigenplane] → [texture · d + plane], over the whole lattice. Takes over the memory
     /// where r = d.
     [[nodiscard]] DevicePlanes restore(DevicePlanes eigenplanes);
+    /// The same of one texture, to memory of its own.
+    void restore(const DevicePlanes& eigenplanes, int texture, const Buffer& target);
+    [[nodiscard]] int planes() const { return planes_; }
+    [[nodiscard]] int rank() const { return rank_; }
     /// Bytes that restore() takes beside its argument.
     [[nodiscard]] std::size_t scratch_bytes(Size lattice, int textures) const;
 
   private:
+    void restore(const DevicePlanes& eigenplanes, const Buffer& target, int first, int textures);
+
     DeviceImpl* device_;
     int planes_, rank_, knots_ = 0;
     Buffer tables_, basis_;

@@ -162,12 +162,12 @@ void SpectralFactors::set_means(DeviceImpl& device,
     store(device);
     const std::size_t frequencies =
         static_cast<std::size_t>(lattice_.width) * static_cast<std::size_t>(spectrum_pitch(lattice_.height));
-    const auto d = static_cast<std::size_t>(planes_);
+    const auto d = static_cast<std::size_t>(planes_), lanes = static_cast<std::size_t>(device.vector_width());
     for (std::size_t part = 0; part < densities.size(); ++part) {
         if (!densities[part]) continue;
         const Matrix root = scale_ * symmetric_root(*densities[part]);
         for (std::size_t e = 0; e < d * d; ++e) {
-            const std::size_t place = sizeof(float) * (part * d * d + e) * frequencies;
+            const std::size_t place = sizeof(float) * (part * d * d * frequencies + e * lanes);
             const auto re = static_cast<float>(root.data()[e]);
             const float im = 0.0F;
             device.write(factor_re_, &re, sizeof re, place);
@@ -209,19 +209,20 @@ double SpectralFactors::storable_bytes() const {
     return storable_ ? 2.0 * static_cast<double>(factor_bytes()) : 0.0;
 }
 
-void SpectralFactors::draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch,
-                           int level) const {
-    draw(device, spectrum.re, spectrum.im, spectrum_floats(lattice_, 1), 0, keys, batch, level);
+void SpectralFactors::draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level,
+                           int first_key) const {
+    draw(device, spectrum.re, spectrum.im, spectrum_floats(lattice_, 1), 0, keys, batch, level, first_key);
 }
 
-void SpectralFactors::draw(DeviceImpl& device, Buffer& packed, const Buffer& keys, int batch,
-                           int level) const {
+void SpectralFactors::draw(DeviceImpl& device, const Buffer& packed, const Buffer& keys, int batch, int level,
+                           int first_key) const {
     const PackedSpectrum places{lattice_};
-    draw(device, packed, packed, places.stride(), places.imaginary(), keys, batch, level);
+    draw(device, packed, packed, places.stride(), places.imaginary(), keys, batch, level, first_key);
 }
 
 void SpectralFactors::draw(DeviceImpl& device, const Buffer& re, const Buffer& im, std::size_t stride,
-                           std::size_t imaginary, const Buffer& keys, int batch, int level) const {
+                           std::size_t imaginary, const Buffer& keys, int batch, int level,
+                           int first_key) const {
     const int pitch = spectrum_pitch(lattice_.height);
     // Blocks of 16 feed 32 frequencies.
     const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
@@ -232,11 +233,11 @@ void SpectralFactors::draw(DeviceImpl& device, const Buffer& re, const Buffer& i
     if (stored_)
         device.launch(draw, items, grain(), work, factor_re_, factor_im_, mean_, keys, re, im,
                       lattice_.height, lattice_.width, pitch, batch, parts_, word, std::uint64_t{stride},
-                      std::uint64_t{imaginary});
+                      std::uint64_t{imaginary}, first_key);
     else
         device.launch(draw, items, grain(), work, coefficients_, offsets_, rows_, columns_, offsets_count_,
                       mean_, keys, re, im, lattice_.height, lattice_.width, pitch, batch, parts_, word,
-                      std::uint64_t{stride}, std::uint64_t{imaginary});
+                      std::uint64_t{stride}, std::uint64_t{imaginary}, first_key);
 }
 
 void SpectralFactors::filter(DeviceImpl& device, Spectrum& spectrum, int batch) const {

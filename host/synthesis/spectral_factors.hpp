@@ -25,10 +25,13 @@ class SpectralFactors {
     SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice, double scale,
                     const std::vector<double>& mean, double budget, bool indefinite = false);
 
-    /// Spectra of `batch` textures from noise drawn in frequency. keys: two seed words per texture.
-    void draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level) const;
+    /// Spectra of `batch` textures from noise drawn in frequency. keys: two seed words per texture, those of
+    /// the first at first_key.
+    void draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level,
+              int first_key = 0) const;
     /// The same as a PackedSpectrum.
-    void draw(DeviceImpl& device, Buffer& packed, const Buffer& keys, int batch, int level) const;
+    void draw(DeviceImpl& device, const Buffer& packed, const Buffer& keys, int batch, int level,
+              int first_key = 0) const;
     /// Spectra of noise that was drawn on the lattice → spectra of textures, in place.
     void filter(DeviceImpl& device, Spectrum& spectrum, int batch) const;
     /// 0 when they are not stored.
@@ -46,7 +49,7 @@ class SpectralFactors {
 
   private:
     void draw(DeviceImpl& device, const Buffer& re, const Buffer& im, std::size_t stride,
-              std::size_t imaginary, const Buffer& keys, int batch, int level) const;
+              std::size_t imaginary, const Buffer& keys, int batch, int level, int first_key) const;
     [[nodiscard]] Kernel kernel(DeviceImpl& device, const char* name, bool stored) const;
     [[nodiscard]] Grain grain() const;
 

@@ -19,7 +19,8 @@
 #include "host/base/parallel.hpp"
 #include "host/base/stop.hpp"
 #include "host/base/text.hpp"
-#include "host/spectrum/certificate_text.hpp"
+#include "host/cl/host_memory.hpp"
+#include "host/pictures/picture_room.hpp"
 #include "host/spectrum/small_torus.hpp"
 #include "host/synthesis/causal_recursion.hpp"
 #include "host/synthesis/convolution.hpp"
@@ -27,69 +28,13 @@
 #include "host/synthesis/plane_restorer.hpp"
 #include "host/synthesis/spectral_factors.hpp"
 #include "host/synthesis/synthesis_layout.hpp"
+#include "host/synthesis/synthesis_request.hpp"
 
 namespace btfield {
 
 using namespace detail;
 
 namespace {
-
-bool convolves(const LevelModel& level, MovingAverageRoute wanted) {
-    if (wanted != MovingAverageRoute::automatic) return wanted == MovingAverageRoute::convolution;
-    const LinearField field = joined_planes(level.models);
-    const auto planes = static_cast<std::size_t>(independent_planes(field).front().planes);
-    return field.offsets.size() * planes <= largest_convolution;
-}
-
-std::vector<LevelRoute> routes_of(const TextureModel& model, const SynthesisOptions& options) {
-    std::vector<LevelRoute> routes;
-    for (const LevelModel& level : model.levels) {
-        LevelRoute route = LevelRoute::spectrum;
-        if (options.method == SynthesisMethod::raster)
-            route = LevelRoute::recursion;
-        else if (options.noise_domain == NoiseDomain::spatial)
-            route = family(model.kind) == Family::ma && convolves(level, options.moving_average)
-                        ? LevelRoute::convolution
-                        : LevelRoute::transfer;
-        routes.push_back(route);
-    }
-    return routes;
-}
-
-/// What `work` says about a level's recursion, with the level's number.
-template <class Work>
-void at_level(std::size_t level, Work work) {
-    try {
-        work();
-    } catch (const InputError& error) {
-        throw InputError(error.asked() + " at level " + std::to_string(level), error.found(), error.remedy());
-    }
-}
-
-/// All that check_synthesis() checks but whether recursions are stable.
-void check_request(const TextureModel& model, Size size, const SynthesisOptions& options) {
-    check(model);
-    if (size.height < 1 || size.width < 1)
-        throw InputError("synthesise " + compact_text_of(size), "a side is smaller than 1",
-                         "give positive sides");
-    if (options.method == SynthesisMethod::raster && family(model.kind) != Family::car)
-        throw InputError("synthesise by raster recursion",
-                         "this is a " + std::string(name(model.kind)) +
-                             " model, and only causal autoregressive ones can be run pixel after pixel",
-                         "use --method torus, or fit with --model 2d-car or 3d-car");
-    if (options.allow_invalid) return;
-    for (std::size_t k = 0; k < model.levels.size(); ++k)
-        if (!model.levels[k].certificate.valid)
-            throw InputError(
-                "synthesise from this " + std::string(name(model.kind)) + " model",
-                "the certificate of level " + std::to_string(k) + " fails (" +
-                    failure_text(model.levels[k].certificate) +
-                    "): the texture would not have the statistics that were fitted",
-                std::string(family(model.kind) == Family::ma
-                                ? "fit with another --threshold, --order or number of levels"
-                                : "fit with --estimator auto or ml, or with a causal neighbourhood") +
-                    ", or insist with --allow-invalid");
-}
 
 /// Lower and upper half of each seed, as the kernels take them.
 std::vector<std::array<std::uint32_t, 2>> key_words(std::span<const std::uint64_t> seeds) {
@@ -100,14 +45,6 @@ std::vector<std::array<std::uint32_t, 2>> key_words(std::span<const std::uint64_
 }
 
 }  // namespace
-
-void check_synthesis(const TextureModel& model, Size size, const SynthesisOptions& options) {
-    check_request(model, size, options);
-    static_cast<void>(SynthesisLayout(model, size, routes_of(model, options)));
-    if (options.method != SynthesisMethod::raster) return;
-    for (std::size_t k = 0; k < model.levels.size(); ++k)
-        at_level(k, [&] { check_recursion(joined_planes(model.levels[k].models)); });
-}
 
 class [[gnu::visibility("hidden")]] Synthesiser::Impl {
   public:
@@ -130,18 +67,18 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
             batch_ *= 2;
         if (levels_.empty()) add_torus_levels(model);
 
-        const std::uint64_t seed = 0;
-        {
-            const DeviceImpl::Rehearsal rehearsal;
-            static_cast<void>(grow({&seed, 1}));
-        }
-        device_->finish();
+        fills_pictures_ = may_fill_pictures();
+        rehearse();
     }
 
     [[nodiscard]] std::vector<Image> synthesise(std::span<const std::uint64_t> seeds,
                                                 const std::function<void(double)>& progress) {
         std::vector<Image> images;
         images.reserve(seeds.size());
+        if (fills_pictures_) {
+            synthesise_in_place(seeds, images, progress);
+            return images;
+        }
         in_batches(seeds, [&](std::span<const std::uint64_t> some, std::size_t first) {
             const DevicePlanes planes = grow(some);
             if (bytes(layout_, batch_) > large_work) {
@@ -149,11 +86,7 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
                 device_->finish();
                 device_->pool().clear();
             }
-            for (std::size_t i = 0; i < some.size(); ++i) {
-                Image& image = images.emplace_back(layout_.size, planes_, space_);
-                image.set_names(names_);
-                image.set_plane_spaces(plane_spaces_);
-            }
+            for (std::size_t i = 0; i < some.size(); ++i) images.push_back(picture(0));
             for (std::size_t i = 0; i < some.size(); ++i) download(planes, i, images[first + i]);
             if (progress) progress(static_cast<double>(images.size()) / static_cast<double>(seeds.size()));
         });
@@ -306,46 +239,154 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
             if (auto* const factors = std::get_if<SpectralFactors>(&level)) factors->store(*device_);
     }
 
+    /// Seeds in device memory, and which of them a batch takes.
+    struct Keys {
+        const Buffer& words;
+        int first, batch;
+    };
+
+    /// A picture to be filled, whose memory holds so many floats or more.
+    [[nodiscard]] Image picture(std::size_t room) const {
+        Image image = PictureRoom::make(layout_.size, planes_, space_, room);
+        image.set_names(names_);
+        image.set_plane_spaces(plane_spaces_);
+        return image;
+    }
+
+    /// Whether the last kernel may write to the pictures' own memory: it leaves there what the picture shows
+    /// and no more, and device and host share it.
+    [[nodiscard]] bool may_fill_pictures() const {
+        const Size t = layout_.transforms.front();
+        if (layout_.routes.front() != LevelRoute::spectrum || !packed_ || layout_.lattice != layout_.size ||
+            t != layout_.size)
+            return false;
+        Image image = picture(0);
+        return HostMemory::suits(*device_, PictureRoom::of(image));
+    }
+
+    void rehearse() {
+        const std::uint64_t seed = 0;
+        const DeviceImpl::Rehearsal rehearsal;
+        if (fills_pictures_) {
+            std::vector<Image> images;
+            synthesise_in_place({&seed, 1}, images, {});
+        } else {
+            static_cast<void>(grow({&seed, 1}));
+        }
+        device_->finish();
+    }
+
+    /// The same without copies: while a batch is grown, the next is enqueued.
+    void synthesise_in_place(std::span<const std::uint64_t> seeds, std::vector<Image> & images,
+                             const std::function<void(double)>& progress) {
+        const Buffer words = device_->upload(key_words(seeds));
+        // What waits for launches goes before the pictures that they write to.
+        std::vector<HostMemory> growing;
+        std::size_t done = 0;
+        const auto settle = [&](std::vector<HostMemory> next) {
+            for (HostMemory& memory : growing) memory.wait();
+            done += growing.size();
+            if (progress && done > 0) progress(static_cast<double>(done) / static_cast<double>(seeds.size()));
+            growing = std::move(next);
+        };
+        in_batches(seeds, [&](std::span<const std::uint64_t> some, std::size_t first) {
+            std::vector<HostMemory> targets;
+            // The spectrum of a single texture lies where the picture will be.
+            const std::size_t room = some.size() > 1 || restores_more_planes()
+                                         ? 0
+                                         : PackedSpectrum{layout_.size}.bytes(planes_) / sizeof(float);
+            for (std::size_t i = 0; i < some.size(); ++i)
+                targets.emplace_back(*device_, PictureRoom::of(images.emplace_back(picture(room))));
+            grow({words, static_cast<int>(first), static_cast<int>(some.size())}, targets);
+            for (HostMemory& target : targets) target.show();
+            device_->flush();
+            settle(std::move(targets));
+            if (bytes(layout_, batch_) <= large_work) return;
+            settle({});
+            device_->pool().clear();
+        });
+        settle({});
+    }
+
+    [[nodiscard]] bool restores_more_planes() const {
+        return restorer_ && restorer_->rank() != restorer_->planes();
+    }
+
     /// All levels of one batch, collapsed: [texture · d + plane].
     [[nodiscard]] DevicePlanes grow(std::span<const std::uint64_t> seeds) {
         count_draw();
-        const int batch = static_cast<int>(seeds.size());
-        const Buffer keys = device_->upload(key_words(seeds));
-        DevicePlanes sum;
-        for (std::size_t k = levels_.size(); k-- > 0;) {
-            DevicePlanes level = grow_level(k, keys, batch);
-            sum = sum.values ? stages_.add_expanded(std::move(level), sum, 1.0F) : std::move(level);
-        }
+        const Buffer words = device_->upload(key_words(seeds));
+        const Keys keys{words, 0, static_cast<int>(seeds.size())};
+        DevicePlanes sum = grow_levels(0, keys);
         return restorer_ ? restorer_->restore(std::move(sum)) : std::move(sum);
     }
 
-    [[nodiscard]] DevicePlanes grow_level(std::size_t k, const Buffer& keys, int batch) {
+    /// The same, each texture to its own memory.
+    void grow(const Keys& keys, std::span<const HostMemory> targets) {
+        count_draw();
+        if (restores_more_planes()) {
+            const DevicePlanes sum = grow_levels(0, keys);
+            for (int i = 0; i < keys.batch; ++i)
+                restorer_->restore(sum, i, targets[static_cast<std::size_t>(i)].buffer());
+            return;
+        }
+        const DevicePlanes coarse = grow_levels(1, keys);
+        const Size size = layout_.size;
+        const std::size_t bytes = PackedSpectrum{size}.bytes(keys.batch * planes_);
+        Buffer spectra = targets.front().buffer();
+        if (spectra.bytes() < bytes) spectra = device_->buffer(bytes);
+        {
+            const std::shared_lock lock(factors_mutex_);
+            std::get<SpectralFactors>(levels_.front())
+                .draw(*device_, spectra, keys.words, keys.batch, 0, keys.first);
+        }
+        Fft& fft = device_->ffts().plan(*device_, size, device_->options().fft);
+        for (int i = 0; i < keys.batch; ++i) {
+            DevicePlanes texture{targets[static_cast<std::size_t>(i)].buffer(), size, size, planes_};
+            fft.inverse_packed(*device_, spectra, i * planes_, texture.values, planes_);
+            if (coarse.values) texture = stages_.add_expanded(std::move(texture), coarse, 1.0F, i * planes_);
+            if (restorer_) static_cast<void>(restorer_->restore(std::move(texture)));
+        }
+    }
+
+    /// The sum of the levels from `finest` on; nothing where there are none.
+    [[nodiscard]] DevicePlanes grow_levels(std::size_t finest, const Keys& keys) {
+        DevicePlanes sum;
+        for (std::size_t k = levels_.size(); k-- > finest;) {
+            DevicePlanes level = grow_level(k, keys);
+            sum = sum.values ? stages_.add_expanded(std::move(level), sum, 1.0F) : std::move(level);
+        }
+        return sum;
+    }
+
+    [[nodiscard]] DevicePlanes grow_level(std::size_t k, const Keys& keys) {
         const Size t = layout_.transforms[k];
+        const int batch = keys.batch;
         const int planes = batch * modelled_, number = static_cast<int>(k);
         DevicePlanes level{{}, layout_.sizes[k], t, planes};
         const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(planes) * area(t);
         if (const auto* factors = std::get_if<SpectralFactors>(&levels_[k])) {
-            level.values = grow_spectrum(*factors, k, keys, batch, bytes);
+            level.values = grow_spectrum(*factors, k, keys, bytes);
         } else {
             level.values = device_->buffer(bytes);
             if (const auto* convolution = std::get_if<Convolution>(&levels_[k]))
-                convolution->draw(*device_, level.values, keys, batch, number);
+                convolution->draw(*device_, level.values, keys.words, batch, number);
             else
-                std::get<CausalRecursion>(levels_[k]).draw(*device_, level.values, keys, batch, number);
+                std::get<CausalRecursion>(levels_[k]).draw(*device_, level.values, keys.words, batch, number);
         }
         return level;
     }
 
-    [[nodiscard]] Buffer grow_spectrum(const SpectralFactors& factors, std::size_t k, const Buffer& keys,
-                                       int batch, std::size_t bytes) {
+    [[nodiscard]] Buffer grow_spectrum(const SpectralFactors& factors, std::size_t k, const Keys& keys,
+                                       std::size_t bytes) {
         const Size t = layout_.transforms[k];
-        const int planes = batch * modelled_, number = static_cast<int>(k);
+        const int batch = keys.batch, planes = batch * modelled_, number = static_cast<int>(k);
         Fft& fft = device_->ffts().plan(*device_, t, device_->options().fft);
         const std::shared_lock lock(factors_mutex_);
-        if (layout_.routes[k] == LevelRoute::spectrum && fft.works_in_place()) {
+        if (layout_.routes[k] == LevelRoute::spectrum && fft.takes_packed()) {
             Buffer packed = device_->buffer(PackedSpectrum{t}.bytes(planes));
-            factors.draw(*device_, packed, keys, batch, number);
-            fft.inverse_in_place(*device_, packed, planes);
+            factors.draw(*device_, packed, keys.words, batch, number, keys.first);
+            fft.inverse_packed(*device_, packed, 0, packed, planes);
             return packed;
         }
         const std::size_t half = sizeof(float) * spectrum_floats(t, planes);
@@ -353,11 +394,11 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
         Spectrum spectrum{device_->buffer(half), device_->buffer(half)};
         if (layout_.routes[k] == LevelRoute::transfer) {
             images = device_->buffer(bytes);
-            draw_normal_field(*device_, images, keys, t, modelled_, batch, number);
+            draw_normal_field(*device_, images, keys.words, t, modelled_, batch, number);
             fft.forward(*device_, images, spectrum, planes);
             factors.filter(*device_, spectrum, batch);
         } else {
-            factors.draw(*device_, spectrum, keys, batch, number);
+            factors.draw(*device_, spectrum, keys.words, batch, number, keys.first);
             images = device_->buffer(bytes);
         }
         fft.inverse(*device_, spectrum, images, planes);
@@ -399,7 +440,8 @@ class [[gnu::visibility("hidden")]] Synthesiser::Impl {
     std::vector<std::string> names_;
     std::vector<ColourSpace> plane_spaces_;
     SynthesisLayout layout_;
-    bool packed_;  ///< transforms are done where spectra lie
+    bool packed_;                  ///< transforms are done where spectra lie
+    bool fills_pictures_ = false;  ///< see may_fill_pictures()
     PyramidStages stages_;
     int batch_ = 1;
     std::vector<Level> levels_;

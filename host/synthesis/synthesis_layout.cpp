@@ -91,7 +91,7 @@ double SynthesisLayout::bytes(int planes, bool packed) const {
     const Size t = transforms.front();
     const auto count = static_cast<double>(planes), pixels = static_cast<double>(area(t));
     const auto half = static_cast<double>(spectrum_floats(t, 1));
-    constexpr double room = static_cast<double>(fft_in_place_room) / sizeof(float);
+    constexpr double room = static_cast<double>(fft_packed_room) / sizeof(float);
     double floats = count * pixels;
     switch (routes.front()) {
         case LevelRoute::spectrum:

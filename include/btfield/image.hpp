@@ -13,6 +13,10 @@
 
 namespace btfield {
 
+namespace detail {
+struct PictureRoom;
+}
+
 /// Rows × columns of a lattice.
 struct Size {
     int height = 0;
@@ -109,6 +113,7 @@ class BTFIELD_API Image {
     [[nodiscard]] Image window(int row, int column, Size size) const;
 
   private:
+    friend struct detail::PictureRoom;
     [[nodiscard]] std::size_t index(int p, int row, int column) const {
         return (static_cast<std::size_t>(p) * static_cast<std::size_t>(size_.height) +
                 static_cast<std::size_t>(row)) *

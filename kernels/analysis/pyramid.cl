@@ -91,18 +91,18 @@ inline int wrap_near(int i, int n) {
 }
 
 // fine ← base + scale · ↑n(coarse): first each coarse column's sum over coarse rows, then over columns.
-//   coarse [plane][coarse_lattice_height][coarse_pitch], of which coarse_height rows and coarse_width columns wrap
+//   coarse [first_coarse + plane][coarse_lattice_height][coarse_pitch]: of it coarse_height rows, coarse_width columns wrap
 //   base [plane][base_lattice_height][base_pitch]; may be fine's memory where its lattice has no margins
 // Work-item (vector of coarse columns, fine row, plane).
 __kernel void add_expanded(__global const float* coarse, __global const float* base, __global float* fine,
                            __constant float* weights, int coarse_height, int coarse_width,
                            int coarse_lattice_height, int coarse_pitch, int base_lattice_height,
-                           int base_pitch, int height, int width, float scale) {
+                           int base_pitch, int height, int width, float scale, int first_coarse) {
     const int m0 = (int)get_global_id(0) * VW;
     const int row = (int)get_global_id(1);
     const size_t plane = get_global_id(2);
     if (m0 >= coarse_width) return;
-    __global const float* in = coarse + plane * coarse_lattice_height * coarse_pitch;
+    __global const float* in = coarse + (first_coarse + plane) * coarse_lattice_height * coarse_pitch;
     __global const float* add = base + (plane * base_lattice_height + row) * base_pitch;
     __global float* target = fine + (plane * height + row) * width;
     // Coarse rows m with |row − n·m| <= R.

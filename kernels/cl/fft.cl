@@ -17,6 +17,7 @@
 #error "BTFIELD_FFT_ODD (1 for lengths with an odd prime factor) is not defined"
 #endif
 
+#define UNROLL _Pragma("unroll")
 #define ROOM BTFIELD_FFT_ROOM
 #define SIGN ((float)BTFIELD_FFT_SIGN)
 #define SQRT_HALF 0.70710678118654752f
@@ -173,9 +174,28 @@ inline void stage_odd(int length, int radix, int n, int s, const REALN* xr, cons
         }
 }
 
-// Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi).
-inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
+// The first stage of 8 where only the first `filled` values are not 0, no more than n/8: each is alone in its sums.
+inline void stage8_alone(int n, int filled, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                         __global const float2* tw) {
+    for (int p = 0; p < filled; ++p) {
+        const complexn x = at(xr, xi, p);
+        put(yr, yi, 8 * p, x);
+        for (int k = 1; k < 8; ++k) put(yr, yi, 8 * p + k, twiddle(x, tw[k * p]));
+    }
+    for (int i = 8 * filled; i < n; ++i) yr[i] = yi[i] = (REALN)(0.0f);
+}
+
+// Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi). Values from `filled` on stand for 0.
+inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
     int n = length, s = 1, swapped = 0;
+    if (n % 8 == 0 && filled <= n / 8) {
+        stage8_alone(n, filled, ar, ai, br, bi, tw);
+        n /= 8;
+        s = 8;
+        swapped = 1;
+    } else {
+        for (int i = filled; i < n; ++i) ar[i] = ai[i] = (REALN)(0.0f);
+    }
     while (n > 1) {
         const REALN* xr = swapped ? br : ar;
         const REALN* xi = swapped ? bi : ai;
@@ -209,13 +229,60 @@ inline int transform(int length, REALN* ar, REALN* ai, REALN* br, REALN* bi, __g
 // Lanes of ky into rows of the layout between the passes, as many as there are.
 inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re, __global float* mid_im,
                        size_t row, int count, int length, int pitch_x) {
+    int done = 0;
+#if VW > 1
+    for (; done + VW <= length; done += VW) {
+        REALN r[VW], i[VW];
+        UNROLL
+        for (int l = 0; l < VW; ++l) r[l] = re[done + l], i[l] = im[done + l];
+        transpose_lanes(r);
+        transpose_lanes(i);
+        UNROLL
+        for (int l = 0; l < VW; ++l) {
+            if (l >= count) continue;
+            const size_t out = (row + l) * pitch_x + done;
+            STOREN(r[l], mid_re + out);
+            STOREN(i[l], mid_im + out);
+        }
+    }
+#endif
     const float* sr = (const float*)re;
     const float* si = (const float*)im;
     for (int l = 0; l < VW && l < count; ++l) {
         const size_t out = (row + l) * pitch_x;
-        for (int k = 0; k < length; ++k) {
+        for (int k = done; k < length; ++k) {
             mid_re[out + k] = sr[k * VW + l];
             mid_im[out + k] = si[k * VW + l];
+        }
+    }
+}
+
+// The way back: rows row, row + 1 … last, the last one again and again, times `sign` in the imaginary part.
+inline void load_rows(__global const float* mid_re, __global const float* mid_im, size_t row, size_t last, int length,
+                      int pitch_x, float sign, REALN* re, REALN* im) {
+    int done = 0;
+#if VW > 1
+    for (; done + VW <= length; done += VW) {
+        REALN r[VW], i[VW];
+        UNROLL
+        for (int l = 0; l < VW; ++l) {
+            const size_t in = min(row + l, last) * pitch_x + done;
+            r[l] = LOADN(mid_re + in);
+            i[l] = LOADN(mid_im + in) * sign;
+        }
+        transpose_lanes(r);
+        transpose_lanes(i);
+        UNROLL
+        for (int l = 0; l < VW; ++l) re[done + l] = r[l], im[done + l] = i[l];
+    }
+#endif
+    float* xr = (float*)re;
+    float* xi = (float*)im;
+    for (int l = 0; l < VW; ++l) {
+        const size_t in = min(row + l, last) * pitch_x;
+        for (int k = done; k < length; ++k) {
+            xr[k * VW + l] = mid_re[in + k];
+            xi[k * VW + l] = mid_im[in + k] * sign;
         }
     }
 }
@@ -237,7 +304,7 @@ __kernel void fft_columns_inverse(__global const float* re, __global const float
         ar[k] = LOADN(re + base + (size_t)k * pitch_ky);
         ai[k] = LOADN(im + base + (size_t)k * pitch_ky);
     }
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const int swapped = transform(length, length, ar, ai, br, bi, tw);
     store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, (size_t)plane * rows + ky, rows - ky,
                length, pitch_x);
 }
@@ -274,7 +341,7 @@ __kernel void fft_rows_inverse(__global const float* mid_re, __global const floa
             ai[k] = b_re;
         }
     }
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const int swapped = transform(length, length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     __global float* out = images + (size_t)(first + plane) * length * width + x;
@@ -300,8 +367,7 @@ __kernel void fft_rows_forward(__global const float* images, __global float* mid
         ar[r] = load_up_to(in + (size_t)r * width, left);
         ai[r] = load_up_to(in + (size_t)r * width + VW, left - VW);
     }
-    for (int r = rows_in; r < length; ++r) ar[r] = ai[r] = (REALN)(0.0f);
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const int swapped = transform(length, rows_in, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     const int rows = length / 2 + 1;
@@ -327,16 +393,9 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
     const int rows = height / 2 + 1;
     if (ky >= rows) return;
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
-    float* xr = (float*)ar;
-    float* xi = (float*)ai;
-    for (int l = 0; l < VW; ++l) {
-        const size_t in = ((size_t)plane * rows + min(ky + l, rows - 1)) * pitch_x;
-        for (int k = 0; k < length; ++k) {
-            xr[k * VW + l] = mid_re[in + k];
-            xi[k * VW + l] = mid_im[in + k];
-        }
-    }
-    const int swapped = transform(length, ar, ai, br, bi, tw);
+    const size_t first_row = (size_t)plane * rows;
+    load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, length, pitch_x, 1.0f, ar, ai);
+    const int swapped = transform(length, length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     const size_t base = (size_t)plane * length * pitch_ky + ky;
@@ -362,19 +421,11 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
     const int rows = height / 2 + 1;
     if (patch >= patches) return;
     REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM], sum_re[ROOM], sum_im[ROOM];
-    float* xr = (float*)ar;
-    float* xi = (float*)ai;
     for (int k = 0; k < length; ++k) sum_re[k] = sum_im[k] = (REALN)(0.0f);
     for (int plane = 0; plane < planes; ++plane) {
-        for (int l = 0; l < VW; ++l) {
-            const size_t in = ((size_t)(patch * planes + plane) * rows + min(ky + l, rows - 1)) * pitch_in;
-            for (int k = 0; k < columns_in; ++k) {
-                xr[k * VW + l] = mid_re[in + k];
-                xi[k * VW + l] = -mid_im[in + k];
-            }
-        }
-        for (int k = columns_in; k < length; ++k) ar[k] = ai[k] = (REALN)(0.0f);
-        const int swapped = transform(length, ar, ai, br, bi, tw);
+        const size_t first_row = (size_t)(patch * planes + plane) * rows;
+        load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, columns_in, pitch_in, -1.0f, ar, ai);
+        const int swapped = transform(length, columns_in, ar, ai, br, bi, tw);
         const REALN* pr = swapped ? br : ar;
         const REALN* pi = swapped ? bi : ai;
         const size_t base = (size_t)plane * length * pitch_ky + ky;
@@ -385,7 +436,7 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
             sum_im[k] = fma(fr, pi[k], fma(fi, pr[k], sum_im[k]));
         }
     }
-    const int swapped = transform(length, sum_re, sum_im, br, bi, tw);
+    const int swapped = transform(length, length, sum_re, sum_im, br, bi, tw);
     store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, (size_t)patch * rows + ky,
                rows - ky, length, pitch_x);
 }

@@ -63,17 +63,17 @@ inline REALN mapped(REALN x, __global const float* table, float scale) {
 #endif
 
 #ifdef BTFIELD_KERNEL_restore_planes
-// in [texture][eigenplane][pixel] → out [texture][plane][pixel]; the same memory where r = d.
+// in [first + texture][eigenplane][pixel] → out [texture][plane][pixel]; may be the same memory where r = d and first = 0.
 //   tables: [eigenplane][knot][2] as above; scale: knots per unit of the normal axis
 //   basis: T, [eigenplane][plane], then μ, then M
 // Work-item (vector of pixels, texture).
 __kernel void restore_planes(__global const float* in, __global float* out, __global const float* tables, float scale,
-                             __global const float* basis, int pixels) {
+                             __global const float* basis, int pixels, int first) {
     const int at = (int)get_global_id(0) * VW;
     const size_t texture = get_global_id(1);
     if (at >= pixels) return;
     const int count = min(VW, pixels - at);
-    __global const float* source = in + texture * RANK * (size_t)pixels + at;
+    __global const float* source = in + (first + texture) * RANK * (size_t)pixels + at;
     __global float* target = out + texture * D * (size_t)pixels + at;
     REALN m[RANK];
 #if KNOTS

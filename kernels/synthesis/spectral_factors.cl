@@ -5,8 +5,8 @@
 //   0 autoregressive   scale · Λ_t⁻¹ Σ^{1/2}
 //   1 MMRF, 2 PMRF     as hermitian_factor.clh says
 //   3 moving average   scale · Λ_t Σ^{1/2}, Λ_t the transfer function
-// Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors:
-// [part][i][j][kx][ky], re and im.
+// Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors, re and im:
+// [part][kx][vector of ky][i][j][lane], one after the other as they are read.
 
 #include "base/philox.clh"
 
@@ -42,7 +42,7 @@
 #define COEFFICIENTS_OF(part) (coefficients + (size_t)(part) * (count + 2) * D * D)
 
 // F_t at (kx, ky…).
-inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
+INLINED void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN* fr, REALN* fi) {
 #if BTFIELD_FACTOR == 1 || BTFIELD_FACTOR == 2
     hermitian_factor(coefficients, offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
 #else
@@ -71,16 +71,21 @@ inline void factor(FACTOR_ARGUMENTS, int kx, int ky, int width, int pitch, REALN
 }
 #endif
 
+// Where the factors of a vector of ky begin.
+inline size_t factor_place(int part, int kx, int ky, int width, int pitch) {
+    return (((size_t)part * width + kx) * pitch + ky) * (D * D);
+}
+
 #if BTFIELD_STORED_FACTORS
 #define FACTOR_SOURCE __global const float *factor_re, __global const float *factor_im
 
-inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr,
+INLINED void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int pitch, REALN* fr,
                          REALN* fi) {
+    const size_t first = factor_place(part, kx, ky, width, pitch);
     UNROLL
     for (int e = 0; e < D * D; ++e) {
-        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
-        fr[e] = LOADN(factor_re + i);
-        fi[e] = LOADN(factor_im + i);
+        fr[e] = LOADN(factor_re + first + e * VW);
+        fi[e] = LOADN(factor_im + first + e * VW);
     }
 }
 
@@ -93,7 +98,7 @@ inline void fetch_factor(FACTOR_SOURCE, int part, int kx, int ky, int width, int
 #endif
 
 #ifdef BTFIELD_KERNEL_spectral_factors
-// Factors of every frequency of the half spectrum, [part][i][j][kx][ky]. Work-item (vector of ky, kx, part).
+// Factors of every frequency of the half spectrum. Work-item (vector of ky, kx, part).
 __kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __global float* factor_im,
                                int width, int pitch) {
     const int ky = (int)get_global_id(0) * VW;
@@ -102,17 +107,17 @@ __kernel void spectral_factors(FACTOR_ARGUMENTS, __global float* factor_re, __gl
     if (ky >= pitch) return;
     REALN fr[D * D], fi[D * D];
     factor(COEFFICIENTS_OF(part), offsets, rows, columns, count, kx, ky, width, pitch, fr, fi);
+    const size_t first = factor_place(part, kx, ky, width, pitch);
     UNROLL
     for (int e = 0; e < D * D; ++e) {
-        const size_t i = ((size_t)(part * D * D + e) * width + kx) * pitch + ky;
-        STOREN(fr[e], factor_re + i);
-        STOREN(fi[e], factor_im + i);
+        STOREN(fr[e], factor_re + first + e * VW);
+        STOREN(fi[e], factor_im + first + e * VW);
     }
 }
 #endif
 
 // y = F z; the mean of plane i is added at frequency 0, where one unit is one unit of every pixel.
-inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, const REALN* zi,
+INLINED void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, const REALN* zi,
                             __global const float* mean, __global float* re, __global float* im, size_t base,
                             size_t plane_size, int zero_frequency) {
     UNROLL
@@ -131,13 +136,14 @@ inline void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, c
 }
 
 #ifdef BTFIELD_KERNEL_synthesise_spectrum
-// Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures.
+// Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures, seeds from first_seed on.
 // Bin ky of a row kx is pair ky/16 % 2 of block 16·(ky/32) + ky%16; on ky = 0 and H/2 the upper half of kx mirrors the lower
 // and self-conjugate bins are real. Spectra of planes begin `stride` floats apart, imaginary parts im_at floats after im.
 // Work-item (vector of blocks, kx, part).
 __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __global const uint2* seeds,
                                   __global float* re, __global float* im, int height, int width, int pitch,
-                                  int batch, int parts, uint level, ulong stride, ulong im_at) {
+                                  int batch, int parts, uint level, ulong stride, ulong im_at,
+                                  int first_seed) {
     const int item = (int)get_global_id(0);
     const int kx = (int)get_global_id(1);
     const int part = (int)get_global_id(2);
@@ -160,7 +166,7 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
         special[h] = ky == 0 || (height % 2 == 0 && ky <= last && last < ky + VW);
     }
     for (int b = 0; b < batch; ++b) {
-        const uint2 seed = seeds[b];
+        const uint2 seed = seeds[first_seed + b];
         REALN zr[2][D], zi[2][D];
         for (int j = 0; j < D; ++j) {
             philox_words counter;

@@ -113,6 +113,43 @@ TEST_F(DeviceOfAProgram, TexturesAreLeftInItsMemory) {
     }
 }
 
+/// Of two eigenplanes and three planes.
+TextureModel model_of_fewer_planes() {
+    TextureModel model = test::example_model(ModelKind::car3d, 2, 2, NoiseForm::full, false, true);
+    model.planes = 3;
+    model.mean = {0.3, 0.4, 0.5};
+    model.basis = {3, 2, {0.6, 0.8, 0.0, -0.8, 0.6, 0.0}, model.mean};
+    return model;
+}
+
+TEST_F(DeviceOfAProgram, LargeTexturesToo) {
+    // They fill pictures without copies, one by one and in batches.
+    const std::vector<TextureModel> models{
+        test::example_model(ModelKind::car3d, 3, 1), test::example_model(ModelKind::car3d, 3, 3),
+        test::example_model(ModelKind::car2d, 3, 2),
+        test::example_model(ModelKind::msar3d, 3, 3, NoiseForm::full, false, true), model_of_fewer_planes()};
+    Device device = device_of(handles());
+    const Size size{448, 432};
+    for (const TextureModel& model : models) {
+        SCOPED_TRACE(&model - models.data());
+        Synthesiser synthesiser(device, model, size);
+        for (const std::vector<std::uint64_t>& seeds :
+             {std::vector<std::uint64_t>{4}, std::vector<std::uint64_t>{4, 5, 6, 7, 8}}) {
+            double told = 0.0;
+            const std::vector<Image> images = synthesiser.synthesise(seeds, [&](double share) {
+                EXPECT_GT(share, told);
+                told = share;
+            });
+            EXPECT_EQ(told, 1.0);
+            const std::vector<float> expected = flat(images);
+            const cl::Buffer buffer = memory(expected.size());
+            synthesiser.synthesise_to(seeds, device_memory(device, buffer()));
+            EXPECT_TRUE(values(buffer, expected.size()) == expected) << seeds.size() << " textures";
+            EXPECT_EQ(images.back().values().size(), 3 * area(size));
+        }
+    }
+}
+
 TEST_F(DeviceOfAProgram, FinishWaitsForAQueueOfItsOwn) {
     const TextureModel model = test::example_model(ModelKind::car3d, 3, 2);
     Device device = device_of({context_(), device_(), nullptr});

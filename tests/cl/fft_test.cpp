@@ -204,6 +204,7 @@ TEST_P(FftSmall, LanesOfShortSides) {
 
 TEST_P(FftSmall, CorrelatesPatches) {
     check_correlation(device_, FftBackend::lanes, {8, 15}, {3, 5}, 2);
+    check_correlation(device_, FftBackend::lanes, {16, 8}, {2, 1}, 1);  // most of it zeros
 }
 
 class FftWidths : public FftSmall {};
@@ -225,6 +226,9 @@ TEST_P(FftWidths, CorrelatesPatchesOfAnySize) {
     check_correlation(device_, FftBackend::lanes, {26, 45}, {1, 7}, 3);
     check_correlation(device_, FftBackend::lanes, {64, 40}, {20, 1}, 4);
     check_correlation(device_, FftBackend::lanes, {16, 52}, {11, 37}, 8);
+    check_correlation(device_, FftBackend::lanes, {64, 40}, {8, 5}, 2);
+    check_correlation(device_, FftBackend::lanes, {64, 40}, {9, 6}, 2);
+    check_correlation(device_, FftBackend::lanes, {72, 80}, {3, 10}, 1);
 }
 
 TEST(Fft, ClFftCorrelates) {
@@ -335,8 +339,8 @@ void check_in_place(Device& device, Size size, int planes, const std::vector<flo
                     place + static_cast<std::ptrdiff_t>(half));
     }
     Buffer memory = impl.upload(together);
-    ASSERT_TRUE(fft.works_in_place());
-    fft.inverse_in_place(impl, memory, planes);
+    ASSERT_TRUE(fft.takes_packed());
+    fft.inverse_packed(impl, memory, 0, memory, planes);
     Spectrum apart{impl.upload(re), impl.upload(im)};
     Buffer images = impl.buffer(sizeof(float) * count);
     fft.inverse(impl, apart, images, planes);
@@ -357,7 +361,7 @@ TEST(Fft, InPlaceByGroupsOfPlanes) {
     const Size size{1000, 1024};
     constexpr int planes = 5;
     Fft& fft = device.impl().ffts().plan(device.impl(), size, FftBackend::lanes);
-    ASSERT_LT(fft.in_place_scratch_bytes(planes), fft.scratch_bytes(planes));
+    ASSERT_LT(fft.packed_scratch_bytes(planes), fft.scratch_bytes(planes));
     std::vector<float> re(spectrum_floats(size, planes)), im(re.size());
     for (std::size_t i = 0; i < re.size(); ++i) {
         re[i] = std::sin(static_cast<float>(i));
