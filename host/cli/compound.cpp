@@ -65,7 +65,8 @@ std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
     for (const std::string& picture : options.pictures) files.reads(picture, "that is the picture");
     check_labels_output(options.labels_output);
     if (!options.labels_output.empty()) files.writes(options.labels_output);
-    const bool folder = is_output_folder("--output", options.output, several ? "several pictures" : "");
+    const bool folder = is_output_folder("--output", options.output, several ? "several pictures" : "",
+                                         several ? remedy_for_one_model(options.pictures) : "");
     std::vector<CompoundJob> jobs;
     std::set<fs::path> outputs;
     for (const fs::path picture : options.pictures) {

@@ -72,7 +72,8 @@ std::vector<FitJob> plan(const FitArguments& options) {
     const bool folder = is_output_folder(all ? "--all" : "--output", target.string(),
                                          all       ? "ten models"
                                          : several ? "several pictures"
-                                                   : "");
+                                                   : "",
+                                         several ? remedy_for_one_model(options.pictures) : "");
     const std::vector<ModelKind> one{options.fit.model};
     const std::span<const ModelKind> kinds = all ? model_kinds() : std::span<const ModelKind>(one);
     std::vector<FitJob> jobs;

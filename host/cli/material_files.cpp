@@ -83,6 +83,12 @@ void hint_at_joint(const JointArguments& arguments, const std::vector<std::strin
             "registered (docs/materials.md)");
 }
 
+std::string remedy_for_one_model(const std::vector<std::string>& pictures) {
+    return are_maps({pictures.begin(), pictures.end()})
+               ? "these look like maps of one material: --joint makes one model of them"
+               : "give a folder, such as models/, or --joint where they are maps of one material";
+}
+
 void refuse_folders(const std::vector<std::string>& pictures) {
     for (const std::string& each : pictures) {
         std::error_code error;

@@ -38,6 +38,9 @@ void check_joint(const JointArguments& arguments, std::size_t pictures);
 /// Pictures that look like maps of one material and are not said to be: one warning.
 void hint_at_joint(const JointArguments& arguments, const std::vector<std::string>& pictures);
 
+/// What to do where several pictures are to have one model.
+[[nodiscard]] std::string remedy_for_one_model(const std::vector<std::string>& pictures);
+
 /// \throws InputError where a picture's name is that of a folder, telling what to give instead
 void refuse_folders(const std::vector<std::string>& pictures);
 

@@ -73,6 +73,12 @@ TEST_F(CliMaterial, MapsThatAreFittedApartAreToldOf) {
     const test::Ended apart = run(words);
     EXPECT_EQ(apart.code, 0) << apart.err;
     EXPECT_NE(apart.err.find("--joint"), std::string::npos) << apart.err;
+    const test::Surroundings here{.folder = folder_.path().string()};
+    test::expect_failure({"fit", maps_[0], maps_[1], maps_[2], "-o", "m.json"}, 2,
+                         "need; these look like maps of one material: --joint makes one model", here);
+    test::expect_failure({"compound", "fit", maps_[0], maps_[2], "-o", "m.json"}, 2,
+                         "need; these look like maps of one material: --joint makes one model", here);
+    test::expect_failure({"fit", "a.png", "b.png", "-o", "m.json"}, 2, "give a folder, such as models/, or", here);
     test::expect_failure({"fit", ".", "-o", "m.json"}, 1, "--joint -o MODEL",
                          {.folder = folder_.path().string()});
     test::expect_failure({"compound", "fit", "models", "-o", "m.json"}, 1, "it is a folder;",
