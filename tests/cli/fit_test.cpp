@@ -164,6 +164,8 @@ TEST(CliFit, WrongWords) {
         {{"--levels", "0"}, "--levels"},
         {{"--levels", "31"}, "--levels"},
         {{"--model", "car"}, "--model: 'car' is none of 2d-car|"},
+        {{"--model", "compound"}, "is no random field: 'btfield compound fit' learns"},
+        {{"--model", "roll"}, "is no random field: 'btfield roll' lays"},
         {{"--neighbourhood", "custom"}, "--neighbourhood: 'custom' is none of causal|"},
         {{"--neighbourhood", "correlated"}, "correlated:N"},
         {{"--neighbourhood", "correlated:"}, "such as correlated:12"},
