@@ -33,7 +33,7 @@ class CliMaterial : public testing::Test {
 TEST_F(CliMaterial, MapsComeBackRegisteredUnderTheirNames) {
     const json fitted = object({"fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.json"});
     ASSERT_EQ(fitted["maps"].size(), 3U);
-    EXPECT_EQ(fitted["maps"][0], json({{"name", "s_albedo.png"}, {"role", "colour"}, {"planes", 3}}));
+    EXPECT_EQ(fitted["maps"][0], json({{"name", "s_albedo.png"}, {"role", "colour"}, {"planes", 3}, {"type", "uint16"}}));
     EXPECT_EQ(fitted["maps"][1]["planes"], 0);
     EXPECT_EQ(fitted["maps"][2]["role"], "height");
     EXPECT_NEAR(fitted["maps"][2]["scale"].get<double>(), 12.0, 6.0);  // of values about ±4
@@ -85,6 +85,23 @@ TEST_F(CliMaterial, MapsThatAreFittedApartAreToldOf) {
                          {.folder = folder_.path().string()});
     EXPECT_EQ(run({"fit", maps_[0], "-o", "m.json", "--levels", "1", "--order", "1"}).err.find("--joint"),
               std::string::npos);
+}
+
+TEST_F(CliMaterial, TypesAndPlanesAreTold) {
+    test::put_scalar_maps(folder_.path());
+    const Words quick{"--joint", "--levels", "1", "--order", "1", "-o", "m.json"};
+    const auto told = [&](Words words) {
+        words.insert(words.end(), quick.begin(), quick.end());
+        const Ended ended = run(words);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        EXPECT_EQ(run({"info", "m.json"}).code, 0);
+        return ended.out;
+    };
+    const std::string mixed = told({"fit", maps_[0], maps_[1], "s_roughness.png", "s_ao.png"});
+    EXPECT_NE(mixed.find("6 planes of uint16, uint8 of s_roughness.png, uint8 of s_ao.png, srgb in planes"),
+              std::string::npos)
+        << mixed;
+    EXPECT_NE(told({"fit", maps_[0], maps_[2]}).find("4 planes of uint16, srgb"), std::string::npos);
 }
 
 TEST_F(CliMaterial, CompoundModelsToo) {
