@@ -297,7 +297,9 @@ ColourSpace space_of(const MapPicture& map) {
 }
 
 void add_planes(Planes& planes, MaterialMap& map, const Image& image) {
-    const std::string stem = valid_utf8(std::filesystem::path(map.name).stem().string());
+    // What normals tell is neither of their planes.
+    const std::string stem = valid_utf8(std::filesystem::path(map.name).stem().string()) +
+                             (map.role == MapRole::normal ? ".steepness" : "");
     constexpr std::array<const char*, 3> colours{"R", "G", "B"};
     for (int p = 0; p < image.planes(); ++p) {
         planes.values.emplace_back(image.plane(p));
