@@ -88,6 +88,7 @@ TEST_F(CliCompound, FitSaysWhatIsKept) {
     EXPECT_NE(ended.out.find("It keeps the colours of 4 regions"), std::string::npos) << ended.out;
     EXPECT_NE(ended.out.find("structure distance"), std::string::npos) << ended.out;
     EXPECT_LT(ended.out.find("It keeps"), ended.out.find("borders; labels explain"));
+    EXPECT_NE(ended.out.find("certificate  colour\n"), std::string::npos) << ended.out;
 }
 
 TEST_F(CliCompound, LabelsOfOnesOwn) {

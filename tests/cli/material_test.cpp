@@ -111,6 +111,9 @@ TEST_F(CliMaterial, CompoundModelsToo) {
     EXPECT_EQ(object({"info", "s.btfm"})["maps"], fitted["maps"]);
     EXPECT_EQ(object({"synth", "s.btfm", "-o", "out/"})["outputs"].size(), 3U);
     EXPECT_EQ(read_picture(folder_ / "out/s_height.png").type, PixelType::uint16);
+    const std::string table = run({"info", "s.btfm"}).out;
+    EXPECT_NE(table.find("certificate  means of s_albedo.R, s_albedo.G, s_albedo.B, s_height\n"), std::string::npos)
+        << table;
 }
 
 TEST_F(CliMaterial, WrongUsageAndSourcesThatStay) {
