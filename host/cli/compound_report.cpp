@@ -103,8 +103,7 @@ Json compound_json(const CompoundModel& model, const std::filesystem::path& path
 
 std::string compound_text(const CompoundModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
-                       detail::counted(model.planes, "plane") + " of " +
-                       types_text(model.provenance);
+                       detail::counted(model.planes, "plane") + " of " + types_text(model.provenance);
     text += spaces_text(model.space, model.plane_spaces);
     text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) + "compound, " +
             detail::counted(model.regions.size(), "region") + ", " + std::string(name(model.borders)) +

@@ -104,7 +104,7 @@ std::string structure_reason(const FitVerdict& verdict) {
     return "structure_distance " + number_text(verdict.structure_distance) +
            " from the picture to a texture of this model, above " +
            number_text(FitVerdict::noticeable_structure) +
-           ": shapes are lost; btfield compound fit or btfield roll keep them";
+           ": shapes are lost; btfield compound fit or btfield roll keep more of them";
 }
 
 /// As Analysis::fit_all(), with errors that name the picture.

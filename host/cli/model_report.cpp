@@ -134,8 +134,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
 
 std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
-                       detail::counted(model.planes, "plane") + " of " +
-                       types_text(model.provenance);
+                       detail::counted(model.planes, "plane") + " of " + types_text(model.provenance);
     text += spaces_text(model.space, model.plane_spaces);
     text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) +
             std::string(name(model.kind)) + ", " + std::to_string(model.levels.size()) +

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "btfield/height.hpp"
@@ -33,7 +34,8 @@ class CliMaterial : public testing::Test {
 TEST_F(CliMaterial, MapsComeBackRegisteredUnderTheirNames) {
     const json fitted = object({"fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.json"});
     ASSERT_EQ(fitted["maps"].size(), 3U);
-    EXPECT_EQ(fitted["maps"][0], json({{"name", "s_albedo.png"}, {"role", "colour"}, {"planes", 3}, {"type", "uint16"}}));
+    EXPECT_EQ(fitted["maps"][0],
+              json({{"name", "s_albedo.png"}, {"role", "colour"}, {"planes", 3}, {"type", "uint16"}}));
     EXPECT_EQ(fitted["maps"][1]["planes"], 0);
     EXPECT_EQ(fitted["maps"][2]["role"], "height");
     EXPECT_NEAR(fitted["maps"][2]["scale"].get<double>(), 12.0, 6.0);  // of values about ±4
@@ -78,7 +80,8 @@ TEST_F(CliMaterial, MapsThatAreFittedApartAreToldOf) {
                          "need; these look like maps of one material: --joint makes one model", here);
     test::expect_failure({"compound", "fit", maps_[0], maps_[2], "-o", "m.json"}, 2,
                          "need; these look like maps of one material: --joint makes one model", here);
-    test::expect_failure({"fit", "a.png", "b.png", "-o", "m.json"}, 2, "give a folder, such as models/, or", here);
+    test::expect_failure({"fit", "a.png", "b.png", "-o", "m.json"}, 2, "give a folder, such as models/, or",
+                         here);
     test::expect_failure({"fit", ".", "-o", "m.json"}, 1, "--joint -o MODEL",
                          {.folder = folder_.path().string()});
     test::expect_failure({"compound", "fit", "models", "-o", "m.json"}, 1, "it is a folder;",
@@ -104,6 +107,36 @@ TEST_F(CliMaterial, TypesAndPlanesAreTold) {
     EXPECT_NE(told({"fit", maps_[0], maps_[2]}).find("4 planes of uint16, srgb"), std::string::npos);
 }
 
+TEST_F(CliMaterial, StructureOfEachMapIsTold) {
+    // Rings in the colours, noise in the normals.
+    Image colour({64, 64}, 3, ColourSpace::srgb);
+    for (int p = 0; p < 3; ++p)
+        for (int r = 0; r < 64; ++r)
+            for (int c = 0; c < 64; ++c)
+                colour.at(p, r, c) =
+                    std::hypot(r % 16 - 8, c % 16 - 8) < 6.0 ? 0.8F : 0.2F + 0.1F * static_cast<float>(p);
+    test::put_map(folder_ / "s_albedo.png", colour, PixelType::uint8);
+    const Ended field = run({"fit", maps_[0], maps_[1], "--joint", "-o", "m.json"});
+    const auto distance = [&](const std::string& text, const std::string& of) {
+        const std::size_t at = text.find(of);
+        return at == std::string::npos ? -1.0 : std::stod(text.substr(at + of.size()));
+    };
+    const double all = distance(field.out, "It loses shapes: structure distance "),
+                 colours = distance(field.out, ", of s_albedo.png alone "),
+                 normals = distance(field.out, ", of s_normal.png alone ");
+    EXPECT_GT(colours, 0.07) << field.out << field.err;
+    EXPECT_GT(normals, 0.0) << field.out;
+    EXPECT_LT(normals, 0.7 * colours);
+    EXPECT_GT(all, normals);
+    EXPECT_NE(
+        field.out.find("fit --joint' of the same maps keeps more of those in colour, of others it may not"),
+        std::string::npos)
+        << field.out;
+    const Ended regions =
+        run({"compound", "fit", maps_[0], maps_[1], "--joint", "-o", "c.json", "--regions", "2"});
+    EXPECT_GT(distance(regions.out, ", of s_albedo.png alone "), 0.0) << regions.out;
+}
+
 TEST_F(CliMaterial, CompoundModelsToo) {
     const json fitted = object(
         {"compound", "fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.btfm", "--regions", "2"});
@@ -112,7 +145,8 @@ TEST_F(CliMaterial, CompoundModelsToo) {
     EXPECT_EQ(object({"synth", "s.btfm", "-o", "out/"})["outputs"].size(), 3U);
     EXPECT_EQ(read_picture(folder_ / "out/s_height.png").type, PixelType::uint16);
     const std::string table = run({"info", "s.btfm"}).out;
-    EXPECT_NE(table.find("certificate  means of s_albedo.R, s_albedo.G, s_albedo.B, s_height\n"), std::string::npos)
+    EXPECT_NE(table.find("certificate  means of s_albedo.R, s_albedo.G, s_albedo.B, s_height\n"),
+              std::string::npos)
         << table;
 }
 
