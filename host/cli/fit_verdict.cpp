@@ -32,7 +32,8 @@ std::string proposals(const FitOptions& options) {
 
 bool varies(const Image& image) {
     for (int p = 0; p < image.planes(); ++p)
-        if (std::ranges::any_of(image.plane(p), [&](float v) { return v != image.plane(p).front(); })) return true;
+        if (std::ranges::any_of(image.plane(p), [&](float v) { return v != image.plane(p).front(); }))
+            return true;
     return false;
 }
 

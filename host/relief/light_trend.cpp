@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "btfield/spectral_basis.hpp"
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/srgb_curve.hpp"
+#include "host/relief/relief_names.hpp"
 
 namespace btfield {
 
