@@ -14,6 +14,7 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/material.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/compound_report.hpp"
@@ -117,8 +118,12 @@ ControlField labels_of(const std::string& file) {
     try {
         field = read_labels(file, any_labels());
     } catch (const InputError&) {
+        if (read_picture(file).image.planes() != 3) throw;
         const std::vector<PaletteColour> colours = colours_of(file);
-        if (colours.empty()) throw;
+        if (colours.empty())
+            throw InputError("read the labels '" + file + "'",
+                             "it has more than " + detail::counted(most_regions, "colour"),
+                             "give a picture of the regions, a colour or a number to each, with hard edges");
         field = read_labels(file, colours);
     }
     field.regions = 1 + *std::max_element(field.labels.begin(), field.labels.end());

@@ -70,9 +70,9 @@ std::string distances_text(const FitVerdict& verdict) {
     return text + ", where " + number_text(FitVerdict::noticeable_structure) + " hardly shows";
 }
 
-/// Of a compound model's CBOR file by default options, at most: labels at 1.4 bit a pixel, and of each of 12
-/// regions 50 numbers to a pair of planes and 45 to a plane. Files of 24 pictures and material sets of 256² to
-/// 1024², 1 to 7 planes, were 0.4 to 0.97 of it.
+/// Of a compound model's CBOR file by default options, at most: labels at 1.4 bit a pixel, and of each of
+/// 12 regions 50 numbers to a pair of planes and 45 to a plane. Files of 25 pictures and material sets of
+/// 256² to 1024², 1 to 6 planes, were 0.35 to 0.96 of it.
 std::string most_compound_bytes(const TextureModel& model) {
     const auto d = static_cast<double>(model.planes);
     const double bytes =

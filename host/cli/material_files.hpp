@@ -44,6 +44,9 @@ void hint_at_joint(const JointArguments& arguments, const std::vector<std::strin
 /// \throws InputError where a picture's name is that of a folder, telling what to give instead
 void refuse_folders(const std::vector<std::string>& pictures);
 
+/// A warning where values of whole numbers are no unit vectors towards the viewer: a picture, perhaps.
+void warn_of_no_normals(const std::string& file, const Picture& picture);
+
 /// A material as one picture, and where it comes from.
 struct JointPicture {
     Picture picture;

@@ -160,6 +160,12 @@ TEST_F(CliCompound, Edits) {
 }
 
 TEST_F(CliCompound, RefusesWhatMakesNoSense) {
+    test::expect_failure(
+        {"compound", "fit", data + "/bark.png", "-o", at("x.json"), "--labels", data + "/bark.png"}, 1,
+        "it has more than 32 colours");
+    test::expect_failure({"compound"}, 2, "compound: a command is to follow: fit, edit; see");
+    test::expect_failure({"compound", "synth", at("x.json")}, 2,
+                         "'synth' is no command of compound, did you mean 'btfield synth'?");
     (void)fitted("bark.json", {"--save-labels", at("l.png")});
     (void)expect_object({"fit", data + "/rock.png", "-o", at("whole.json"), "--crop", "0,0,64,64"});
     const auto edit = [&](const test::Words& more, int code, const std::string& part) {

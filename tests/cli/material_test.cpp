@@ -183,6 +183,18 @@ TEST_F(CliMaterial, WrongUsageAndSourcesThatStay) {
     EXPECT_EQ(run({"fit", maps_[0], "-o", "s.json", "--roles", "colour"}).code, 2);
     EXPECT_EQ(run({"fit", maps_[0], maps_[1], "--joint", "-o", "s.json", "--roles", "colour"}).code, 2);
     EXPECT_EQ(run({"fit", maps_[0], maps_[1], "--joint", "-o", "s.json", "--roles", "colour,shine"}).code, 2);
+    test::expect_failure({"fit", maps_[0], maps_[2], "--joint", "-o", "s.json", "--convention", "directx"}, 2,
+                         "--convention: none of the maps is a normal map",
+                         {.folder = folder_.path().string()});
+    // Colours are no normals, normals are.
+    const Words quick{"--joint", "--levels", "1", "--order", "1", "-o", "w.json"};
+    const auto told = [&](Words words) {
+        words.insert(words.end(), quick.begin(), quick.end());
+        return run(words).err;
+    };
+    EXPECT_NE(told({"fit", maps_[0], "--roles", "normal"}).find("does not look like a normal map"),
+              std::string::npos);
+    EXPECT_EQ(told({"fit", maps_[1]}).find("normal map"), std::string::npos);
     const Ended twice =
         run({"fit", maps_[1], maps_[2], "--joint", "-o", "s.json", "--roles", "height,height"});
     EXPECT_EQ(twice.code, 1);
