@@ -186,7 +186,8 @@ void TexturesFitting::each(BtfTexturesFit& fit) {
     // Whoever joins shards waits for them: their parts are locked as long as they work. A part of its own is
     // begun only when theirs are known to fit.
     std::map<std::size_t, PictureTexture> of_shards;
-    for (const std::filesystem::path& other : shard_parts(options_->part))
+    const std::vector<std::filesystem::path> shards = shard_parts(options_->part);
+    for (const std::filesystem::path& other : shards)
         of_shards.merge(EachPart(other, *set_, *options_).take());
     EachPart part(options_->part, *set_, *options_);
     std::vector<PictureTexture> textures(shown_.size());
@@ -201,6 +202,11 @@ void TexturesFitting::each(BtfTexturesFit& fit) {
             missing.push_back(i);
     }
     fit.resumed = shown_.size() - missing.size();
+    const std::string text = missing_text(shards, missing);
+    if (!text.empty() && options_->tell)
+        options_->tell(text);
+    else if (!text.empty())
+        fit.remarks.push_back(text);
     fit_missing(part, missing, textures.size(), textures);
     model.labels.resize(shown_.size());
     std::iota(model.labels.begin(), model.labels.end(), std::uint16_t{0});

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,6 +13,7 @@
 #include <vector>
 
 #include "host/base/strict_json.hpp"
+#include "host/base/text.hpp"
 #include "host/btf/texture_code.hpp"
 #include "host/model/json_reading.hpp"
 
@@ -49,6 +52,29 @@ ordered_json fingerprint(const BtfTexturesOptions& options) {
 
 }  // namespace
 
+namespace {
+
+struct ShardNumber {
+    int shard = 0, shards = 0;
+};
+
+/// Of a name that shard_part() makes, behind that of the part.
+std::optional<ShardNumber> shard_number(const std::string& behind) {
+    ShardNumber number;
+    if (std::sscanf(behind.c_str(), "-%9d-of-%9d", &number.shard, &number.shards) != 2) return std::nullopt;
+    return number;
+}
+
+std::string list_text(const std::vector<int>& numbers) {
+    constexpr std::size_t most = 12;
+    std::string text;
+    for (std::size_t i = 0; i < numbers.size() && i < most; ++i)
+        text += (i == 0 ? "" : ", ") + std::to_string(numbers[i]);
+    return text + (numbers.size() > most ? ", ..." : "");
+}
+
+}  // namespace
+
 std::filesystem::path shard_part(const std::filesystem::path& part, int shard, int shards) {
     std::filesystem::path own = part;
     own += "-" + std::to_string(shard) + "-of-" + std::to_string(shards);
@@ -63,15 +89,45 @@ std::vector<std::filesystem::path> shard_parts(const std::filesystem::path& part
     std::filesystem::directory_iterator at(part.has_parent_path() ? part.parent_path() : ".", error);
     for (const std::filesystem::directory_iterator end; !error && at != end; at.increment(error)) {
         const std::string name = at->path().filename().string();
-        int shard = 0, shards = 0, length = 0;
-        if (!name.starts_with(begin) ||
-            std::sscanf(name.c_str() + begin.size(), "%9d-of-%9d%n", &shard, &shards, &length) != 2)
-            continue;
-        const std::filesystem::path own = shard_part(part, shard, shards);
+        if (!name.starts_with(begin)) continue;
+        const auto number = shard_number(name.substr(begin.size() - 1));
+        if (!number) continue;
+        const std::filesystem::path own = shard_part(part, number->shard, number->shards);
         if (own.filename() == name) found.push_back(own);
     }
     std::ranges::sort(found);
     return found;
+}
+
+std::string missing_text(const std::vector<std::filesystem::path>& shards,
+                         const std::vector<std::size_t>& missing) {
+    if (shards.empty() || missing.empty()) return {};
+    std::set<int> there, counts;
+    for (const std::filesystem::path& part : shards) {
+        const std::string name = part.filename().string();
+        const std::size_t of = name.rfind("-of-");
+        const auto number = shard_number(name.substr(name.rfind('-', of - 1)));
+        there.insert(number->shard);
+        counts.insert(number->shards);
+    }
+    std::string text = counted(missing.size(), "picture");
+    text += missing.size() == 1 ? " that no shard has is" : " that no shard has are";
+    text += " fitted now";
+    if (counts.size() > 1) return text;
+    const auto count = static_cast<std::size_t>(*counts.begin());
+    std::set<int> lacking;
+    for (const std::size_t picture : missing) lacking.insert(static_cast<int>(picture % count) + 1);
+    std::vector<int> absent, partial;
+    for (const int shard : lacking) (there.contains(shard) ? partial : absent).push_back(shard);
+    std::string which;
+    const auto add = [&](const std::vector<int>& numbers, const char* one, const char* several) {
+        if (numbers.empty()) return;
+        which += (which.empty() ? "" : ", ") + std::string(numbers.size() == 1 ? "shard " : "shards ") +
+                 list_text(numbers) + (numbers.size() == 1 ? one : several);
+    };
+    add(absent, " left no part", " left no parts");
+    add(partial, " has not all of its pictures", " have not all of theirs");
+    return "of " + std::to_string(count) + " shards " + which + ": " + text;
 }
 
 EachPart::EachPart(const std::filesystem::path& path, const BtfSet& set, const BtfTexturesOptions& options)

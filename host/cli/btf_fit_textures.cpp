@@ -215,6 +215,7 @@ void fit_and_write(const TexturesFitArguments& options, const BtfSet& set, Devic
             times.told(stage);
             progress.show(stage, share);
         };
+        how.tell = [&](const std::string& remark) { warn("'" + options.output + "': " + remark); };
         fit = fit_btf_textures(device, set, how);
     }
     if (resumed) fit.resumed = *resumed;

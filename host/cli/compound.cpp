@@ -14,6 +14,7 @@
 #include "btfield/error.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/material.hpp"
+#include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/compound_report.hpp"
@@ -65,7 +66,8 @@ std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
     for (const std::string& picture : options.pictures) files.reads(picture, "that is the picture");
     check_labels_output(options.labels_output);
     if (!options.labels_output.empty()) files.writes(options.labels_output);
-    const bool folder = is_output_folder("--output", options.output, several ? "several pictures" : "");
+    const bool folder = is_output_folder("--output", options.output, several ? "several pictures" : "",
+                                         several ? remedy_for_one_model(options.pictures) : "");
     std::vector<CompoundJob> jobs;
     std::set<fs::path> outputs;
     for (const fs::path picture : options.pictures) {
@@ -116,8 +118,12 @@ ControlField labels_of(const std::string& file) {
     try {
         field = read_labels(file, any_labels());
     } catch (const InputError&) {
+        if (read_picture(file).image.planes() != 3) throw;
         const std::vector<PaletteColour> colours = colours_of(file);
-        if (colours.empty()) throw;
+        if (colours.empty())
+            throw InputError("read the labels '" + file + "'",
+                             "it has more than " + detail::counted(most_regions, "colour"),
+                             "give a picture of the regions, a colour or a number to each, with hard edges");
         field = read_labels(file, colours);
     }
     field.regions = 1 + *std::max_element(field.labels.begin(), field.labels.end());

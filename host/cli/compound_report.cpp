@@ -47,12 +47,24 @@ Json region_json(const CompoundRegion& region) {
     return object;
 }
 
+constexpr std::size_t most_means = 4;  // of a region in the table
+
 std::string colour_text(const std::vector<double>& colour) {
-    constexpr std::size_t most = 4;
     std::string text;
-    for (std::size_t p = 0; p < colour.size() && p < most; ++p)
+    for (std::size_t p = 0; p < colour.size() && p < most_means; ++p)
         text += (p > 0 ? " " : "") + number_text(colour[p]);
-    return colour.size() > most ? text + " ..." : text;
+    return colour.size() > most_means ? text + " ..." : text;
+}
+
+/// What a region's numbers are, in their order.
+std::string colour_heading(const CompoundModel& model) {
+    const auto planes = static_cast<std::size_t>(model.planes);
+    if (planes == 1) return "mean";
+    if (planes == 3 && (model.space != ColourSpace::unspecified || model.names.empty())) return "colour";
+    std::string text = "means of ";
+    for (std::size_t p = 0; p < planes && p < most_means; ++p)
+        text += (p > 0 ? ", " : "") + (model.names.empty() ? "plane " + std::to_string(p) : model.names[p]);
+    return planes > most_means ? text + ", ..." : text;
 }
 
 std::string valid_text(const TextureModel& residual) {
@@ -91,15 +103,14 @@ Json compound_json(const CompoundModel& model, const std::filesystem::path& path
 
 std::string compound_text(const CompoundModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
-                       detail::counted(model.planes, "plane") + " of " +
-                       std::string(name(model.provenance.type));
+                       detail::counted(model.planes, "plane") + " of " + types_text(model.provenance);
     text += spaces_text(model.space, model.plane_spaces);
     text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) + "compound, " +
             detail::counted(model.regions.size(), "region") + ", " + std::string(name(model.borders)) +
             " borders; labels explain " + number_text(100.0 * model.explained) + " % of the variance\n";
     for (const std::string& reason : model.provenance.reasons) text += reason + "\n";
     std::vector<std::vector<std::string>> rows{
-        {"region", "share %", "pixels", "model", "levels", "contrast", "certificate", "colour"}};
+        {"region", "share %", "pixels", "model", "levels", "contrast", "certificate", colour_heading(model)}};
     for (std::size_t k = 0; k < model.regions.size(); ++k) {
         const CompoundRegion& region = model.regions[k];
         rows.push_back({std::to_string(k), number_text(100.0 * region.share), std::to_string(region.pixels),

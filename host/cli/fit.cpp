@@ -72,7 +72,8 @@ std::vector<FitJob> plan(const FitArguments& options) {
     const bool folder = is_output_folder(all ? "--all" : "--output", target.string(),
                                          all       ? "ten models"
                                          : several ? "several pictures"
-                                                   : "");
+                                                   : "",
+                                         several ? remedy_for_one_model(options.pictures) : "");
     const std::vector<ModelKind> one{options.fit.model};
     const std::span<const ModelKind> kinds = all ? model_kinds() : std::span<const ModelKind>(one);
     std::vector<FitJob> jobs;
@@ -103,7 +104,7 @@ std::string structure_reason(const FitVerdict& verdict) {
     return "structure_distance " + number_text(verdict.structure_distance) +
            " from the picture to a texture of this model, above " +
            number_text(FitVerdict::noticeable_structure) +
-           ": shapes are lost; btfield compound fit or btfield roll keep them";
+           ": shapes are lost; btfield compound fit or btfield roll keep more of them";
 }
 
 /// As Analysis::fit_all(), with errors that name the picture.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "btfield/compound.hpp"
 #include "btfield/device.hpp"
@@ -20,6 +21,13 @@ namespace btfield::cli {
 struct FitVerdict {
     double lag_covariance_error = 0.0;
     double structure_distance = 0.0;  ///< NaN where a side is below 8
+    /// The same of each map of a material by itself, but for those that are constant.
+    struct OfMap {
+        std::string name;
+        MapRole role = MapRole::other;
+        double structure_distance = 0.0;
+    };
+    std::vector<OfMap> maps;
     /// Shapes of the picture are missing, and one sees that (docs/selection.md).
     [[nodiscard]] bool loses_shapes() const { return structure_distance > noticeable_structure; }
     /// Textures of random fields are this far from pictures without shapes at most.

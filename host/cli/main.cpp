@@ -81,12 +81,21 @@ int wrong(const CLI::App& app, const std::string& text) {
     }
     const std::vector<std::string> unknown = app.remaining(true);
     std::string found = text;
+    if (text == "A subcommand is required") {  // CLI11's words
+        found = "a command is to follow:";
+        for (const CLI::App* each : command->get_subcommands({}))
+            found += (found.ends_with(':') ? " " : ", ") + each->get_name();
+    }
     if (!unknown.empty() && !command->get_subcommands({}).empty()) {
         const bool option = unknown.front().rfind('-', 0) == 0;
         found = "'" + unknown.front() + "' is no " + (option ? "option" : "command") +
                 (name.empty() ? "" : " of " + name);
         const std::string meant = name.empty() && !option ? suggestion(unknown.front()) : "";
         if (!meant.empty()) found += ", did you mean " + meant + "?";
+        const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+        if (!name.empty() &&
+            std::ranges::find(commands, unknown.front(), &CLI::App::get_name) != commands.end())
+            found += ", did you mean 'btfield " + unknown.front() + "'?";
     }
     return fail(wrong_usage, (name.empty() ? "command line" : name) + ": " + found + "; see 'btfield " +
                                  name + (name.empty() ? "" : " ") + "--help'");

@@ -1,6 +1,7 @@
 #include "host/cli/material_files.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <span>
 #include <system_error>
@@ -83,6 +84,12 @@ void hint_at_joint(const JointArguments& arguments, const std::vector<std::strin
             "registered (docs/materials.md)");
 }
 
+std::string remedy_for_one_model(const std::vector<std::string>& pictures) {
+    return are_maps({pictures.begin(), pictures.end()})
+               ? "these look like maps of one material: --joint makes one model of them"
+               : "give a folder, such as models/, or --joint where they are maps of one material";
+}
+
 void refuse_folders(const std::vector<std::string>& pictures) {
     for (const std::string& each : pictures) {
         std::error_code error;
@@ -100,12 +107,31 @@ void refuse_folders(const std::vector<std::string>& pictures) {
     }
 }
 
+void warn_of_no_normals(const std::string& file, const Picture& picture) {
+    if (picture.image.planes() != 3) return;
+    const Image& image = picture.image;
+    if (picture.type == PixelType::half || picture.type == PixelType::float32) return;  // coded either way
+    constexpr float length_slack = 0.3F;
+    std::size_t others = 0;
+    for (std::size_t n = 0; n < area(image.size()); ++n) {
+        const auto component = [&](int p) { return 2.0F * image.plane(p)[n] - 1.0F; };
+        const float x = component(0), y = component(1), z = component(2);
+        if (!(z > 0.0F) || std::abs(std::sqrt(x * x + y * y + z * z) - 1.0F) > length_slack) ++others;
+    }
+    const double share = static_cast<double>(others) / static_cast<double>(area(image.size()));
+    if (share > 0.5)
+        warn("'" + file + "' does not look like a normal map: " + std::to_string(std::lround(100.0 * share)) +
+             " % of its values are no unit vectors that point up");
+}
+
 JointPicture read_joint(Device& device, const std::vector<std::string>& files,
                         const JointArguments& arguments, const ReadOptions& options) {
     std::vector<MapPicture> maps;
     const std::vector<MapRole> roles = arguments.roles.empty()
                                            ? roles_of_names(std::vector<fs::path>(files.begin(), files.end()))
                                            : arguments.roles;
+    if (arguments.normals && std::ranges::find(roles, MapRole::normal) == roles.end())
+        throw UsageError("--convention: none of the maps is a normal map; --roles says what maps are");
     for (std::size_t i = 0; i < files.size(); ++i) {
         MapPicture& map = maps.emplace_back();
         map.name = fs::path(files[i]).filename().string();
@@ -115,6 +141,7 @@ JointPicture read_joint(Device& device, const std::vector<std::string>& files,
         ReadOptions reading = options;
         reading.keep_values = options.keep_values || map.role != MapRole::colour;  // numbers, no colours
         map.picture = read_told(files[i], reading);
+        if (map.role == MapRole::normal) warn_of_no_normals(files[i], map.picture);
     }
     Material material = join_maps(device, maps);
     for (const std::string& remark : material.remarks) warn(remark);

@@ -38,8 +38,14 @@ void check_joint(const JointArguments& arguments, std::size_t pictures);
 /// Pictures that look like maps of one material and are not said to be: one warning.
 void hint_at_joint(const JointArguments& arguments, const std::vector<std::string>& pictures);
 
+/// What to do where several pictures are to have one model.
+[[nodiscard]] std::string remedy_for_one_model(const std::vector<std::string>& pictures);
+
 /// \throws InputError where a picture's name is that of a folder, telling what to give instead
 void refuse_folders(const std::vector<std::string>& pictures);
+
+/// A warning where values of whole numbers are no unit vectors towards the viewer: a picture, perhaps.
+void warn_of_no_normals(const std::string& file, const Picture& picture);
 
 /// A material as one picture, and where it comes from.
 struct JointPicture {

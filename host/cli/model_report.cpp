@@ -81,6 +81,7 @@ Json maps_json(const std::vector<MaterialMap>& maps) {
         object["name"] = map.name;
         object["role"] = name(map.role);
         object["planes"] = map.planes;
+        object["type"] = name(map.type);
         if (map.scale > 0.0) object["scale"] = map.scale;
         all.push_back(std::move(object));
     }
@@ -92,6 +93,13 @@ std::string maps_text(const std::vector<MaterialMap>& maps) {
     for (const MaterialMap& map : maps)
         text += (text.empty() ? "maps " : ", ") + std::string(name(map.role)) + " " + map.name;
     return text.empty() ? text : text + "\n";
+}
+
+std::string types_text(const Provenance& provenance) {
+    std::string text(name(provenance.type));
+    for (const MaterialMap& map : provenance.maps)
+        if (map.type != provenance.type) text += ", " + std::string(name(map.type)) + " of " + map.name;
+    return text;
 }
 
 double compression_ratio(const Provenance& provenance, std::uintmax_t bytes) {
@@ -126,8 +134,7 @@ Json model_json(const TextureModel& model, const std::filesystem::path& path, st
 
 std::string model_text(const TextureModel& model, std::uintmax_t bytes) {
     std::string text = model.provenance.source + ": " + detail::text_of(model.size) + " pixels, " +
-                       detail::counted(model.planes, "plane") + " of " +
-                       std::string(name(model.provenance.type));
+                       detail::counted(model.planes, "plane") + " of " + types_text(model.provenance);
     text += spaces_text(model.space, model.plane_spaces);
     text += "\n" + names_text(model.names) + maps_text(model.provenance.maps) +
             std::string(name(model.kind)) + ", " + std::to_string(model.levels.size()) +

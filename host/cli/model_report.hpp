@@ -23,8 +23,11 @@ namespace btfield::cli {
 [[nodiscard]] std::string spaces_text(ColourSpace space, const std::vector<ColourSpace>& of_planes);
 /// "planes 400nm, 460nm, ..." as a line; nothing where planes have no names.
 [[nodiscard]] std::string names_text(const std::vector<std::string>& names);
-/// {name, role, planes} of each map of a material, and of heights their scale.
+/// {name, role, planes, type} of each map of a material, and of heights their scale.
 [[nodiscard]] Json maps_json(const std::vector<MaterialMap>& maps);
+/// Types of values in the files that the model was fitted to: "uint8", or where maps differ "uint8, uint16 of
+/// height.png".
+[[nodiscard]] std::string types_text(const Provenance& provenance);
 /// "maps colour albedo.png, height disp.png"; empty: there are none.
 [[nodiscard]] std::string maps_text(const std::vector<MaterialMap>& maps);
 /// Bytes of pixels to a byte of the file; NaN where nobody knows how large the picture was.

@@ -45,14 +45,16 @@ std::filesystem::path numbered(const std::filesystem::path& path, int index, int
     return path.parent_path() / name;
 }
 
-bool is_output_folder(const std::string& option, const std::string& output, const std::string& several) {
+bool is_output_folder(const std::string& option, const std::string& output, const std::string& several,
+                      const std::string& remedy) {
     std::error_code error;
     if (std::filesystem::is_directory(output, error)) return true;
     if (several.empty() && !output.ends_with('/')) return false;
     const bool file_name = !output.ends_with('/') && std::filesystem::path(output).has_extension();
     if (file_name || std::filesystem::exists(output, error))
         throw UsageError(option + ": '" + output + "' is no folder" +
-                         (several.empty() ? "" : ", as " + several + " need"));
+                         (several.empty() ? "" : ", as " + several + " need") +
+                         (several.empty() || remedy.empty() ? "" : "; " + remedy));
     make_folder(option, std::filesystem::absolute(output).lexically_normal());
     return true;
 }

@@ -21,11 +21,12 @@ namespace btfield::cli {
 /// name ends in '/', is made.
 /// \param option named in the message
 /// \param several what needs a folder, such as "several pictures"; empty where a file will do
+/// \param remedy what to do where it needs one and the name is that of a file
 /// \throws UsageError when something else has its name, or the name is that of a file: it ends in an
 ///     extension
 /// \throws InputError when it cannot be made
 [[nodiscard]] bool is_output_folder(const std::string& option, const std::string& output,
-                                    const std::string& several = {});
+                                    const std::string& several = {}, const std::string& remedy = {});
 
 /// Of those that this run has made: for a run that failed.
 void remove_empty_output_folders() noexcept;

@@ -12,6 +12,7 @@
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/material_files.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/relief_fit.hpp"
@@ -92,7 +93,9 @@ void run_integrate(const IntegrateArguments& options) {
     preload_picture_formats();
     ReadOptions reading = options.reading;
     reading.keep_values = true;
-    const Image normals = decode_normals(read_told(options.normals, reading), options.convention);
+    const Picture picture = read_told(options.normals, reading);
+    warn_of_no_normals(options.normals, picture);
+    const Image normals = decode_normals(picture, options.convention);
     const SlopeField field = slopes_of_normals(normals);
     IntegrationOptions how;
     how.edges = options.periodic ? SurfaceEdges::periodic : SurfaceEdges::mirror;

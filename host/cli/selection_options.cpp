@@ -33,6 +33,13 @@ void add_int_or_auto(CLI::App& command, const std::string& name, int highest, in
     command.add_option_function<std::string>(name, read, help)->type_name("N|auto")->group(supports);
 }
 
+/// Which command has what this word means, where --model has not; empty: none.
+std::string other_command(const std::string& word) {
+    if (word == "compound") return "'btfield compound fit' learns models with regions";
+    if (word == "roll") return "'btfield roll' lays a picture's own patches and needs no model";
+    return {};
+}
+
 void add_model(CLI::App& command, FitOptions& fit, const OtherModels& others) {
     std::string words = detail::words_of<ModelKind>("|") + "|auto";
     if (others.take) words += "|" + others.words;
@@ -43,6 +50,9 @@ void add_model(CLI::App& command, FitOptions& fit, const OtherModels& others) {
             return;
         }
         const auto kind = detail::find_value<ModelKind>(text);
+        const std::string other = kind ? "" : other_command(text);
+        if (!other.empty())
+            throw CLI::ValidationError("--model", "'" + text + "' is no random field: " + other);
         if (!kind) throw CLI::ValidationError("--model", "'" + text + "' is none of " + words);
         fit.model = *kind;
     };

@@ -40,7 +40,7 @@ void for_each_row(Size size, const Work& work) {
 
 void expect_planes(const Image& image, int planes, const std::string& asked, const std::string& what) {
     if (image.planes() != planes)
-        throw InputError(asked, "there are " + counted(image.planes(), "plane"),
+        throw InputError(asked, "it has " + counted(image.planes(), "plane"),
                          "give " + what + ", which have " + std::to_string(planes));
 }
 

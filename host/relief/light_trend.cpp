@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "btfield/error.hpp"
+#include "btfield/spectral_basis.hpp"
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/srgb_curve.hpp"
+#include "host/relief/relief_names.hpp"
 
 namespace btfield {
 
@@ -181,13 +183,49 @@ std::optional<LightTrend> light_trend(const Image& image) {
     return std::nullopt;
 }
 
+namespace {
+
+constexpr double darkest = 0.1;  // of a trend, over its mean
+
+/// Whether light of this shape can be divided out of all colours.
+bool divisible(const Image& image, Flattening flattening) {
+    for (int p = 0; p < image.planes(); ++p) {
+        if (!is_colour(image, p)) continue;
+        const Trend trend(linear_values(image, p), image.size(), flattening);
+        if (!(trend.lowest() > darkest * trend.mean())) return false;
+    }
+    return true;
+}
+
+double variance_of(std::span<const double> values, double mean) {
+    double squares = 0.0;
+    for (const double v : values) squares += (v - mean) * (v - mean);
+    return squares / static_cast<double>(values.size());
+}
+
+/// Refuses a picture of which flattening leaves planes without variance alone.
+void refuse_empty(const FlattenedPicture& flat, const std::string& asked, Flattening flattening) {
+    bool taken = false;
+    for (int p = 0; p < flat.image.planes(); ++p) {
+        const std::span<const float> plane = flat.image.plane(p);
+        if (std::ranges::any_of(plane, [&](float v) { return v != plane.front(); })) return;
+        taken = taken || flat.left[static_cast<size_t>(p)] == 0.0;
+    }
+    if (taken)
+        throw InputError(asked,
+                         flattening == Flattening::plane ? "it is nothing but a slope"
+                                                         : "it is nothing but a slope and a bowl",
+                         "use a picture of a material, or do not flatten it");
+}
+
+}  // namespace
+
 FlattenedPicture flattened(const Image& image, Flattening flattening) {
     const std::string asked = "flatten a picture";
     if (flattening == Flattening::none) throw InputError(asked, "no shape is given", "give plane or low");
-    FlattenedPicture result{image, 0.0};
+    FlattenedPicture result{image, 0.0, std::vector<double>(static_cast<size_t>(image.planes()), 1.0)};
     bool colours = false;
     for (int p = 0; p < image.planes(); ++p) colours = colours || is_colour(image, p);
-    constexpr double darkest = 0.1;
     std::vector<double> ranges(static_cast<size_t>(image.planes()));
     std::vector<char> dark(ranges.size());
     for_each_block(image.planes(), [&](int p) {
@@ -195,39 +233,44 @@ FlattenedPicture flattened(const Image& image, Flattening flattening) {
         std::vector<double> values = linear_values(image, p);
         const Trend trend(values, image.size(), flattening);
         const double mean = trend.mean();
-        double squares = 0.0, sum = 0.0;
-        for (const double v : values) squares += (v - mean) * (v - mean);
-        if (!(squares > 0.0)) return;
+        const double variance = variance_of(values, mean);
+        if (!(variance > 0.0)) return;
         const auto at = static_cast<size_t>(p);
         if (colours && !(trend.lowest() > darkest * mean)) {
             dark[at] = 1;
             return;
         }
-        ranges[at] =
-            trend.range() / (colours ? mean : std::sqrt(squares / static_cast<double>(values.size())));
+        ranges[at] = trend.range() / (colours ? mean : std::sqrt(variance));
+        double sum = 0.0;
         auto value = values.begin();
         for (int r = 0; r < image.height(); ++r)
             for (int c = 0; c < image.width(); ++c, ++value) {
                 *value = colours ? *value * mean / trend(r, c) : *value - trend(r, c) + mean;
                 sum += *value;
             }
-        const double again = mean * static_cast<double>(values.size()) / sum;
+        const double now = sum / static_cast<double>(values.size()), again = mean / now;
+        const double left = variance_of(values, now) / variance;
+        const bool empty = left < smallest_relative_variance;
+        result.left[at] = empty ? 0.0 : left;
         const bool encoded = image.plane_space(p) == ColourSpace::srgb;
         const std::span<float> target = result.image.plane(p);
         for (size_t n = 0; n < values.size(); ++n) {
-            const double own = colours ? values[n] * again : values[n];
+            const double own = empty ? mean : colours ? values[n] * again : values[n];
             target[n] = static_cast<float>(encoded ? srgb_encoded(own) : own);
         }
     });
     for (size_t p = 0; p < ranges.size(); ++p) {
-        if (dark[p] != 0)
+        if (dark[p] != 0) {
+            const Flattening other = flattening == Flattening::low ? Flattening::plane : Flattening::low;
             throw InputError(
                 asked,
                 "the trend of plane " + std::to_string(p) + " comes near 0: its light cannot be divided out",
-                flattening == Flattening::low ? "use plane, or a part of the picture"
-                                              : "use a part of the picture");
+                divisible(image, other) ? "use " + std::string(word_of(other)) + ", or a part of the picture"
+                                        : "use a part of the picture");
+        }
         result.range = std::max(result.range, ranges[p]);
     }
+    refuse_empty(result, asked, flattening);
     return result;
 }
 

@@ -143,7 +143,7 @@ void check_maps(std::span<const MapPicture> maps) {
                        "give maps of one size, registered");
         if (map.role == MapRole::normal && image.planes() != 3)
             refuse_map(map, "has " + counted(image.planes(), "plane") + ", and normals have 3",
-                       "give it another role");
+                       "give all its planes, or another role");
     }
 }
 
@@ -196,9 +196,9 @@ Image height_of(Device& device, const MapPicture& normals, const MapPicture* hei
             refuse_map(*height,
                        "and '" + normals.name + "' tell of different surfaces (correlation of slopes " +
                            std::to_string(agree).substr(0, 5) + ")",
-                       agree < -least_correlation
-                           ? "light may be low there: invert the height, or --directx the normals"
-                           : "give maps that belong together, or leave one out");
+                       agree < -least_correlation ? "light may be low there: invert the height, or take the "
+                                                    "normals as DirectX's (--convention directx)"
+                                                  : "give maps that belong together, or leave one out");
         const auto scale = static_cast<float>(height_scale(slopes, coarse, edges));
         double mean = 0.0;
         for (const float value : coarse.values()) mean += static_cast<double>(value);
@@ -297,7 +297,9 @@ ColourSpace space_of(const MapPicture& map) {
 }
 
 void add_planes(Planes& planes, MaterialMap& map, const Image& image) {
-    const std::string stem = valid_utf8(std::filesystem::path(map.name).stem().string());
+    // What normals tell is neither of their planes.
+    const std::string stem = valid_utf8(std::filesystem::path(map.name).stem().string()) +
+                             (map.role == MapRole::normal ? ".steepness" : "");
     constexpr std::array<const char*, 3> colours{"R", "G", "B"};
     for (int p = 0; p < image.planes(); ++p) {
         planes.values.emplace_back(image.plane(p));

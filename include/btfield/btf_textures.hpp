@@ -79,6 +79,9 @@ struct BtfTexturesOptions {
     /// Called with the stage ("pictures", "clusters", "textures", "score") and the share of it that is done,
     /// in the caller's thread; what it throws ends the fit.
     std::function<void(std::string_view stage, double share)> progress;
+    /// Called before pictures are fitted, in the caller's thread, where shards are missing or have not all of
+    /// their pictures: with one sentence that says so. Without it that is a remark of the fit.
+    std::function<void(const std::string& remark)> tell;
 
     /// segment: 3d-msar of order 2 (P3); each: 3d-car of order 3.
     [[nodiscard]] BTFIELD_API static FitOptions field_defaults(BtfMethod method);

@@ -4,6 +4,7 @@
 /// Light that falls unevenly on a sample: told, and taken out (theory 19.7).
 
 #include <optional>
+#include <vector>
 
 #include "btfield/api.hpp"
 #include "btfield/height.hpp"
@@ -26,12 +27,16 @@ struct LightTrend {
 struct FlattenedPicture {
     Image image;
     double range = 0.0;  ///< as in LightTrend, of the plane that has most; of data over their deviation
+    /// Of each plane, the share of its variance that is left: 1 where nothing was taken out. 0 where next to
+    /// nothing would be: such planes are constant.
+    std::vector<double> left;
 };
 
 /// The picture without its trend: the plane, or (`low`) the polynomial of second degree, that fits a plane of
 /// the picture best. Colours are divided by it, in linear light; planes of data in pictures without colours
 /// have it subtracted, beside colours they stay. Means are kept.
-/// \throws InputError where the trend of colours comes near 0, or the flattening is `none`
+/// \throws InputError where the trend of colours comes near 0, nothing is left of any plane that varies, or
+///     the flattening is `none`
 [[nodiscard]] BTFIELD_API FlattenedPicture flattened(const Image& image, Flattening flattening);
 
 }  // namespace btfield

@@ -41,7 +41,7 @@ struct MapPicture {
 struct Material {
     /// Planes of all maps, in their order, named NAME or NAME.CHANNEL after their files. Unspecified, so that
     /// colours, heights and the rest are each taken in their own unit. Heights that normals tell are in
-    /// pixels, their mean 0; of normals without a height map there is (−Δ)^{1/2} of it.
+    /// pixels, their mean 0; of normals without a height map there is (−Δ)^{1/2} of it, NAME.steepness.
     Image image;
     std::vector<MaterialMap> maps;
     /// What may surprise, one sentence each, without capital and full stop.

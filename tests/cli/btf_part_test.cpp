@@ -144,11 +144,26 @@ TEST_F(CliBtfPart, ShardsOfEachAreJoined) {
     EXPECT_EQ(expect_object(each("m.btfm", {"--shard", "3/3"}))["pictures"], 56);
     fs::copy_file(at("m.btfm.part-3-of-3"), at("other.btfm.part-3-of-3"));
     expect_failure(each("other.btfm", {"--leave-out", "5"}), 1, "it was begun with other options");
-    // The third is missing: its pictures are fitted now.
-    EXPECT_EQ(expect_object(each("m.btfm"))["resumed"], 112);
+    // The first is missing: its pictures are fitted now.
+    fs::copy_file(at("m.btfm.part-3-of-3"), at("cut.btfm.part-3-of-3"));
+    const Ended joined = btfield(each("m.btfm", {"--json"}));
+    EXPECT_EQ(joined.code, 0) << joined.err;
+    EXPECT_EQ(test::parsed(joined.out)["resumed"], 112);
+    EXPECT_NE(
+        joined.err.find("of 3 shards shard 1 left no part: 57 pictures that no shard has are fitted now\n"),
+        std::string::npos)
+        << joined.err;
     EXPECT_EQ(test::bytes_of(at("m.btfm")), test::bytes_of(at("whole.btfm")));
     for (const char* part : {"m.btfm.part", "m.btfm.part-2-of-3", "m.btfm.part-3-of-3"})
         EXPECT_FALSE(fs::exists(at(part))) << part;
+    // Of the third half is lost, and the others.
+    fs::resize_file(at("cut.btfm.part-3-of-3"), fs::file_size(at("cut.btfm.part-3-of-3")) / 2);
+    const Ended cut = btfield(each("cut.btfm"));
+    EXPECT_EQ(cut.code, 0) << cut.err;
+    EXPECT_NE(cut.err.find("of 3 shards shards 1, 2 left no parts, shard 3 has not all of its pictures: 14"),
+              std::string::npos)
+        << cut.err;
+    EXPECT_EQ(test::bytes_of(at("cut.btfm")), test::bytes_of(at("whole.btfm")));
     expect_failure(fit("m.btfm", {"--shard", "1/2", "--overwrite"}), 2, "--shard goes with --method each");
     expect_failure(each("/dev/stdout", {"--shard", "1/2"}), 2, "name a file");
 #ifdef BTFIELD_MPI

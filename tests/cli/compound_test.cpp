@@ -88,6 +88,7 @@ TEST_F(CliCompound, FitSaysWhatIsKept) {
     EXPECT_NE(ended.out.find("It keeps the colours of 4 regions"), std::string::npos) << ended.out;
     EXPECT_NE(ended.out.find("structure distance"), std::string::npos) << ended.out;
     EXPECT_LT(ended.out.find("It keeps"), ended.out.find("borders; labels explain"));
+    EXPECT_NE(ended.out.find("certificate  colour\n"), std::string::npos) << ended.out;
 }
 
 TEST_F(CliCompound, LabelsOfOnesOwn) {
@@ -159,6 +160,12 @@ TEST_F(CliCompound, Edits) {
 }
 
 TEST_F(CliCompound, RefusesWhatMakesNoSense) {
+    test::expect_failure(
+        {"compound", "fit", data + "/bark.png", "-o", at("x.json"), "--labels", data + "/bark.png"}, 1,
+        "it has more than 32 colours");
+    test::expect_failure({"compound"}, 2, "compound: a command is to follow: fit, edit; see");
+    test::expect_failure({"compound", "synth", at("x.json")}, 2,
+                         "'synth' is no command of compound, did you mean 'btfield synth'?");
     (void)fitted("bark.json", {"--save-labels", at("l.png")});
     (void)expect_object({"fit", data + "/rock.png", "-o", at("whole.json"), "--crop", "0,0,64,64"});
     const auto edit = [&](const test::Words& more, int code, const std::string& part) {

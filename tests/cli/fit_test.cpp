@@ -164,6 +164,8 @@ TEST(CliFit, WrongWords) {
         {{"--levels", "0"}, "--levels"},
         {{"--levels", "31"}, "--levels"},
         {{"--model", "car"}, "--model: 'car' is none of 2d-car|"},
+        {{"--model", "compound"}, "is no random field: 'btfield compound fit' learns"},
+        {{"--model", "roll"}, "is no random field: 'btfield roll' lays"},
         {{"--neighbourhood", "custom"}, "--neighbourhood: 'custom' is none of causal|"},
         {{"--neighbourhood", "correlated"}, "correlated:N"},
         {{"--neighbourhood", "correlated:"}, "such as correlated:12"},
@@ -238,7 +240,14 @@ TEST(CliFit, BeginsWithSentences) {
     EXPECT_LT(shapes.out.find("It loses"), shapes.out.find("certificate"));  // figures follow
     EXPECT_NE(shapes.out.find(": --order 8 or --model 3d-msar may come nearer"), std::string::npos)
         << shapes.out;
-    EXPECT_NE(shapes.out.find("'btfield compound fit'"), std::string::npos);
+    const std::string proposal = "'btfield compound fit' of the same picture keeps more of them, in up to ";
+    const std::size_t at = shapes.out.find(proposal);
+    ASSERT_NE(at, std::string::npos) << shapes.out;
+    const double most = std::stod(shapes.out.substr(at + proposal.size())) * 1e3;  // kB
+    ASSERT_EQ(btfield({"compound", "fit", data + "/bark.png", "-o", "c.btfm"}, here).code, 0);
+    const auto bytes = static_cast<double>(std::filesystem::file_size(folder / "c.btfm"));
+    EXPECT_LT(bytes, most);
+    EXPECT_GT(bytes, 0.4 * most);
     // What was asked for is not proposed again.
     const Ended again = btfield({"fit", data + "/bark.png", "-o", "m.json", "--model", "3d-msar"}, here);
     EXPECT_EQ(again.out.find("--model 3d-msar"), std::string::npos) << again.out;
@@ -248,6 +257,21 @@ TEST(CliFit, BeginsWithSentences) {
     const Ended grain = btfield({"fit", "grain.png", "-o", "g.json"}, here);
     EXPECT_NE(grain.out.find("It keeps means and colours, histograms"), std::string::npos) << grain.out;
     EXPECT_EQ(grain.out.find("It loses"), std::string::npos) << grain.out;
+    // Grey has no colours, as one plane, as three alike, and as maps.
+    const Image grey = read_picture(data + "/grass.png", Crop{0, 0, 96, 96}).image;
+    Image three(grey.size(), 3, ColourSpace::srgb), two(grey.size(), 2);
+    for (int p = 0; p < 3; ++p) std::ranges::copy(grey.plane(0), three.plane(p).begin());
+    for (int p = 0; p < 2; ++p) std::ranges::copy(grey.plane(0), two.plane(p).begin());
+    for (float& v : two.plane(1)) v *= v;
+    write_picture(folder / "three.png", three);
+    write_picture(folder / "two.tif", two);
+    for (const char* grey_file : {"three.png", "two.tif"}) {
+        const Ended means = btfield({"fit", grey_file, "-o", "g.json"}, here);
+        EXPECT_NE(means.out.find("It keeps means, histograms"), std::string::npos) << means.out << means.err;
+        const Ended regions = btfield({"compound", "fit", grey_file, "-o", "g.json", "--regions", "2"}, here);
+        EXPECT_NE(regions.out.find("It keeps the means of 2 regions"), std::string::npos)
+            << regions.out << regions.err;
+    }
     const Ended plain = btfield({"fit", "grain.png", "-o", "g.json", "--marginals", "none"}, here);
     EXPECT_NE(plain.out.find("It keeps means and colours, and correlations"), std::string::npos) << plain.out;
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "btfield/height.hpp"
@@ -33,7 +34,8 @@ class CliMaterial : public testing::Test {
 TEST_F(CliMaterial, MapsComeBackRegisteredUnderTheirNames) {
     const json fitted = object({"fit", maps_[0], maps_[1], maps_[2], "--joint", "-o", "s.json"});
     ASSERT_EQ(fitted["maps"].size(), 3U);
-    EXPECT_EQ(fitted["maps"][0], json({{"name", "s_albedo.png"}, {"role", "colour"}, {"planes", 3}}));
+    EXPECT_EQ(fitted["maps"][0],
+              json({{"name", "s_albedo.png"}, {"role", "colour"}, {"planes", 3}, {"type", "uint16"}}));
     EXPECT_EQ(fitted["maps"][1]["planes"], 0);
     EXPECT_EQ(fitted["maps"][2]["role"], "height");
     EXPECT_NEAR(fitted["maps"][2]["scale"].get<double>(), 12.0, 6.0);  // of values about ±4
@@ -73,12 +75,95 @@ TEST_F(CliMaterial, MapsThatAreFittedApartAreToldOf) {
     const test::Ended apart = run(words);
     EXPECT_EQ(apart.code, 0) << apart.err;
     EXPECT_NE(apart.err.find("--joint"), std::string::npos) << apart.err;
+    const test::Surroundings here{.folder = folder_.path().string()};
+    test::expect_failure({"fit", maps_[0], maps_[1], maps_[2], "-o", "m.json"}, 2,
+                         "need; these look like maps of one material: --joint makes one model", here);
+    test::expect_failure({"compound", "fit", maps_[0], maps_[2], "-o", "m.json"}, 2,
+                         "need; these look like maps of one material: --joint makes one model", here);
+    test::expect_failure({"fit", "a.png", "b.png", "-o", "m.json"}, 2, "give a folder, such as models/, or",
+                         here);
     test::expect_failure({"fit", ".", "-o", "m.json"}, 1, "--joint -o MODEL",
                          {.folder = folder_.path().string()});
     test::expect_failure({"compound", "fit", "models", "-o", "m.json"}, 1, "it is a folder;",
                          {.folder = folder_.path().string()});
     EXPECT_EQ(run({"fit", maps_[0], "-o", "m.json", "--levels", "1", "--order", "1"}).err.find("--joint"),
               std::string::npos);
+}
+
+TEST_F(CliMaterial, TypesAndPlanesAreTold) {
+    test::put_scalar_maps(folder_.path());
+    const Words quick{"--joint", "--levels", "1", "--order", "1", "-o", "m.json"};
+    const auto told = [&](Words words) {
+        words.insert(words.end(), quick.begin(), quick.end());
+        const Ended ended = run(words);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        EXPECT_EQ(run({"info", "m.json"}).code, 0);
+        return ended.out;
+    };
+    const std::string mixed = told({"fit", maps_[0], maps_[1], "s_roughness.png", "s_ao.png"});
+    EXPECT_NE(mixed.find("6 planes of uint16, uint8 of s_roughness.png, uint8 of s_ao.png, srgb in planes"),
+              std::string::npos)
+        << mixed;
+    EXPECT_NE(told({"fit", maps_[0], maps_[2]}).find("4 planes of uint16, srgb"), std::string::npos);
+}
+
+TEST_F(CliMaterial, StructureOfEachMapIsTold) {
+    // Rings in the colours, noise in the normals.
+    Image colour({64, 64}, 3, ColourSpace::srgb);
+    for (int p = 0; p < 3; ++p)
+        for (int r = 0; r < 64; ++r)
+            for (int c = 0; c < 64; ++c)
+                colour.at(p, r, c) =
+                    std::hypot(r % 16 - 8, c % 16 - 8) < 6.0 ? 0.8F : 0.2F + 0.1F * static_cast<float>(p);
+    test::put_map(folder_ / "s_albedo.png", colour, PixelType::uint8);
+    const Ended field = run({"fit", maps_[0], maps_[1], "--joint", "-o", "m.json"});
+    const auto distance = [&](const std::string& text, const std::string& of) {
+        const std::size_t at = text.find(of);
+        return at == std::string::npos ? -1.0 : std::stod(text.substr(at + of.size()));
+    };
+    const double all = distance(field.out, "It loses shapes: structure distance "),
+                 colours = distance(field.out, ", of s_albedo.png alone "),
+                 normals = distance(field.out, ", of s_normal.png alone ");
+    EXPECT_GT(colours, 0.07) << field.out << field.err;
+    EXPECT_GT(normals, 0.0) << field.out;
+    EXPECT_LT(normals, 0.7 * colours);
+    EXPECT_GT(all, 0.07);
+    EXPECT_NE(
+        field.out.find("fit --joint' of the same maps keeps more of those in colour, of others it may not"),
+        std::string::npos)
+        << field.out;
+    const Ended regions =
+        run({"compound", "fit", maps_[0], maps_[1], "--joint", "-o", "c.json", "--regions", "2"});
+    EXPECT_GT(distance(regions.out, ", of s_albedo.png alone "), 0.0) << regions.out;
+}
+
+TEST_F(CliMaterial, MapsThatFlatteningTakesOutAreTold) {
+    test::put_scalar_maps(folder_.path());
+    Image slope({64, 64}, 1), bowl({64, 64}, 1), level({64, 64}, 1);
+    for (int r = 0; r < 64; ++r)
+        for (int c = 0; c < 64; ++c) {
+            slope.at(0, r, c) = 0.2F + 0.01F * static_cast<float>(c);
+            bowl.at(0, r, c) = 0.2F + 0.0001F * static_cast<float>(r * r + c * c);
+            level.at(0, r, c) = 0.5F;
+        }
+    test::put_map(folder_ / "slope_height.png", slope, PixelType::uint8);
+    test::put_map(folder_ / "bowl_height.png", bowl, PixelType::uint16);
+    test::put_map(folder_ / "level_height.png", level, PixelType::uint8);
+    const auto told = [&](const std::string& height, const std::string& how) {
+        const Ended ended = run({"fit", height, "s_roughness.png", "--joint", "--roles", "height,roughness",
+                                 "-o", "m.json", "--levels", "1", "--order", "1", "--flatten", how});
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        return ended.err;
+    };
+    EXPECT_NE(told("slope_height.png", "plane").find("--flatten plane leaves 0.00"),
+              std::string::npos);  // of 8 bits
+    EXPECT_NE(told("bowl_height.png", "low").find("--flatten low leaves nothing of bowl_height"),
+              std::string::npos);
+    EXPECT_EQ(told("bowl_height.png", "plane").find("leaves"), std::string::npos);
+    EXPECT_EQ(told("level_height.png", "plane").find("leaves"), std::string::npos);
+    test::expect_failure({"fit", "bowl_height.png", "-o", "n.json", "--flatten", "low"}, 1,
+                         "'bowl_height.png': it is nothing but a slope and a bowl;",
+                         {.folder = folder_.path().string()});
 }
 
 TEST_F(CliMaterial, CompoundModelsToo) {
@@ -88,12 +173,28 @@ TEST_F(CliMaterial, CompoundModelsToo) {
     EXPECT_EQ(object({"info", "s.btfm"})["maps"], fitted["maps"]);
     EXPECT_EQ(object({"synth", "s.btfm", "-o", "out/"})["outputs"].size(), 3U);
     EXPECT_EQ(read_picture(folder_ / "out/s_height.png").type, PixelType::uint16);
+    const std::string table = run({"info", "s.btfm"}).out;
+    EXPECT_NE(table.find("certificate  means of s_albedo.R, s_albedo.G, s_albedo.B, s_height\n"),
+              std::string::npos)
+        << table;
 }
 
 TEST_F(CliMaterial, WrongUsageAndSourcesThatStay) {
     EXPECT_EQ(run({"fit", maps_[0], "-o", "s.json", "--roles", "colour"}).code, 2);
     EXPECT_EQ(run({"fit", maps_[0], maps_[1], "--joint", "-o", "s.json", "--roles", "colour"}).code, 2);
     EXPECT_EQ(run({"fit", maps_[0], maps_[1], "--joint", "-o", "s.json", "--roles", "colour,shine"}).code, 2);
+    test::expect_failure({"fit", maps_[0], maps_[2], "--joint", "-o", "s.json", "--convention", "directx"}, 2,
+                         "--convention: none of the maps is a normal map",
+                         {.folder = folder_.path().string()});
+    // Colours are no normals, normals are.
+    const Words quick{"--joint", "--levels", "1", "--order", "1", "-o", "w.json"};
+    const auto told = [&](Words words) {
+        words.insert(words.end(), quick.begin(), quick.end());
+        return run(words).err;
+    };
+    EXPECT_NE(told({"fit", maps_[0], "--roles", "normal"}).find("does not look like a normal map"),
+              std::string::npos);
+    EXPECT_EQ(told({"fit", maps_[1]}).find("normal map"), std::string::npos);
     const Ended twice =
         run({"fit", maps_[1], maps_[2], "--joint", "-o", "s.json", "--roles", "height,height"});
     EXPECT_EQ(twice.code, 1);

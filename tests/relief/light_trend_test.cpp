@@ -119,7 +119,55 @@ TEST(LightTrend, RefusesWhatCannotBeDivided) {
     Image dark({64, 64}, 1, ColourSpace::linear);
     for (int r = 0; r < 64; ++r)
         for (int c = 0; c < 64; ++c) dark.at(0, r, c) = static_cast<float>(c) / 64.0F;
-    EXPECT_THROW((void)flattened(dark, Flattening::plane), InputError);
+    // The other shape is proposed where it does better, and nowhere else.
+    const auto refusal = [](const Image& image, Flattening how) -> std::string {
+        try {
+            (void)flattened(image, how);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    for (const Flattening how : {Flattening::plane, Flattening::low}) {
+        const std::string text = refusal(dark, how);
+        EXPECT_NE(text.find("divided out; use a part of the picture"), std::string::npos) << text;
+    }
+    Image bowl({64, 64}, 1, ColourSpace::linear);
+    for (int r = 0; r < 64; ++r)
+        for (int c = 0; c < 64; ++c)
+            bowl.at(0, r, c) = 1.0F - static_cast<float>((r - 32) * (r - 32) + (c - 32) * (c - 32)) / 2100.0F;
+    const std::string text = refusal(bowl, Flattening::low);
+    EXPECT_NE(text.find("divided out; use plane, or a part of the picture"), std::string::npos) << text;
+    EXPECT_EQ(refusal(bowl, Flattening::plane), "");
+}
+
+TEST(LightTrend, SaysWhatItLeaves) {
+    std::mt19937 random(2);
+    std::normal_distribution<float> normal(0.0F, 0.1F);
+    Image image({64, 64}, 3);  // a slope, a bowl, noise on a slope
+    for (int r = 0; r < 64; ++r)
+        for (int c = 0; c < 64; ++c) {
+            image.at(0, r, c) = 0.2F + 0.003F * static_cast<float>(c);
+            image.at(1, r, c) = 3.0F + 0.001F * static_cast<float>(r * r - c);
+            image.at(2, r, c) = normal(random) + 0.01F * static_cast<float>(c);
+        }
+    const FlattenedPicture plane = flattened(image, Flattening::plane),
+                           low = flattened(image, Flattening::low);
+    const auto constant = [](std::span<const float> values) {
+        return std::ranges::all_of(values, [&](float v) { return v == values.front(); });
+    };
+    EXPECT_EQ(plane.left[0], 0.0);
+    EXPECT_TRUE(constant(plane.image.plane(0)));
+    EXPECT_NEAR(plane.image.plane(0).front(), 0.2 + 0.003 * 31.5, 1e-6);
+    EXPECT_GT(plane.left[1], 0.01);
+    EXPECT_EQ(low.left[1], 0.0);
+    // 0.1² of that and of (0.01 · 64)² / 12
+    EXPECT_NEAR(plane.left[2], 0.01 / (0.01 + 0.4096 / 12.0), 0.02);
+    Image slope({64, 64}, 1);
+    std::ranges::copy(image.plane(0), slope.plane(0).begin());
+    EXPECT_THROW((void)flattened(slope, Flattening::plane), InputError);
+    // Of a constant picture nothing is taken: who models it refuses it.
+    EXPECT_EQ(flattened(Image({64, 64}, 1), Flattening::plane).left.front(), 1.0);
 }
 
 }  // namespace

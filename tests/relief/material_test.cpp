@@ -177,6 +177,8 @@ TEST(Material, SlopesOfNormalsWithoutHeightAreKept) {
     const Material material = join_maps(device, maps_of(height, false, false), SurfaceEdges::periodic);
     TextureModel model = fit(device, material.image, FitOptions{});
     model.provenance.maps = material.maps;
+    EXPECT_EQ(material.image.names()[0], "rock_albedo.R");
+    EXPECT_EQ(material.image.names()[3], "rock_normal.steepness");
     const auto deviations = [&](const Image& image) {
         const Image normals = split_maps(device, material.maps, image, SurfaceEdges::periodic)[1];
         return std::pair{deviation(normals.plane(0)), deviation(normals.plane(1))};
