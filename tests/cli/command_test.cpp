@@ -91,7 +91,7 @@ TEST(CliCommand, WrongUsage) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};
     const std::vector<std::pair<Words, std::string>> all{
-        {{}, "subcommand"},
+        {{}, "a command is to follow: fit, synth, "},
         {{"paint"}, "'paint' is no command"},
         {{"--paint"}, "'--paint' is no option"},
         {{"fit"}, "IMAGE"},
