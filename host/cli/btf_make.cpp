@@ -142,6 +142,10 @@ double scale_of(const MakeArguments& options, const Image& height, const Image* 
 
 MadeFrom material_of(Device& device, const MakeArguments& options, Maps maps) {
     const int by = options.shrink;
+    const Size whole = maps.colour->image.size();
+    if (by > std::min(whole.height, whole.width))
+        throw UsageError("--shrink: " + std::to_string(by) + " is more than the maps have, which are " +
+                         detail::compact_text_of(whole));
     MadeFrom result;
     BtfMaterial& material = result.material;
     material.albedo = shrunk(linear_colours(std::move(*maps.colour)), by);

@@ -50,7 +50,7 @@ struct CompoundJob {
     fs::path picture, output;
     CompoundModel model;
     std::string verdict;
-    double read = 0.0, analysis = 0.0, fit = 0.0, total = 0.0;
+    double read = 0.0, analysis = 0.0, fit = 0.0, scoring = 0.0, total = 0.0;
 };
 
 std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
@@ -160,8 +160,11 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
     const bool valid = is_valid(job.model);
     if (options.maps.joint && valid)
         match_relief(device, maps, input.picture.image, grown(input.picture.image.size()));
-    if (!options.json && valid)
+    if (!options.json && valid) {
+        const Stopwatch scoring;
         job.verdict = verdict_text(verdict_on(device, input.picture.image, maps, grown), job.model);
+        job.scoring = scoring.seconds();
+    }
     job.total = reading.seconds();
 }
 
@@ -178,7 +181,8 @@ Json fit_json(const CompoundJob& job) {
 /// First what people want to know, then the figures.
 std::string fit_text(const CompoundJob& job) {
     return "wrote " + job.output.string() + " (read " + seconds_text(job.read) + ", analysis " +
-           seconds_text(job.analysis) + ", fit " + seconds_text(job.fit) + ", total " +
+           seconds_text(job.analysis) + ", fit " + seconds_text(job.fit) +
+           (job.verdict.empty() ? "" : ", score " + seconds_text(job.scoring)) + ", total " +
            seconds_text(job.total) + ")\n" + job.verdict + (job.verdict.empty() ? "" : "\n") +
            compound_text(job.model, model_file_bytes(job.output));
 }
@@ -377,9 +381,12 @@ void take_from(CompoundModel& model, int region, const std::string& from, RunFil
     if (plain)
         throw InputError("take a region from '" + from + "'", "it does not say which of the model's regions",
                          "append it: '" + from + ":0' is the first");
+    const auto& regions = std::get<CompoundModel>(other);
     const auto number = parse_number(from.substr(colon + 1), 0, most_regions - 1);
-    if (!number) throw UsageError("--from: '" + from.substr(colon + 1) + "' is no number of a region");
-    transplant(model, region, std::get<CompoundModel>(other), static_cast<int>(*number));
+    if (!number)
+        throw UsageError("--from: '" + from.substr(colon + 1) + "' is no number of a region; '" + file +
+                         "' has 0 to " + std::to_string(regions.regions.size() - 1));
+    transplant(model, region, regions, static_cast<int>(*number));
 }
 
 void check_units(const CompoundModel& model, const std::vector<double>& colour) {

@@ -81,6 +81,8 @@ int wrong(const CLI::App& app, const std::string& text) {
     }
     const std::vector<std::string> unknown = app.remaining(true);
     std::string found = text;
+    if (const std::size_t often = text.find(": At Most 1 required"); often != std::string::npos)
+        found = text.substr(0, often) + " is given more than once";
     if (text == "A subcommand is required") {  // CLI11's words
         found = "a command is to follow:";
         for (const CLI::App* each : command->get_subcommands({}))

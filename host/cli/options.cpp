@@ -105,7 +105,8 @@ std::optional<Offset> parse_offset(const std::string& text) {
 
 CLI::Option* add_offset(CLI::App& app, const std::string& name, std::optional<Offset>& value,
                         const std::string& help) {
-    return add_parsed(app, name, value, help, parse_offset, "X,Y in whole pixels, such as 512,-256")
+    return add_parsed(app, name, value, help, parse_offset,
+                      "X,Y in whole pixels from -2147483648 to 2147483647, such as 512,-256")
         ->type_name("X,Y");
 }
 

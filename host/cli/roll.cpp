@@ -24,6 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int least_side = 16;  // of quilts and tiles
+/// Steps across cuts over those inside from which on they are plain to see: pictures of stones and bark have up
+/// to 1.6.
+constexpr double visible_seam = 3.0;
+
 struct RollArguments {
     std::vector<std::string> images, cut_on;
     std::string output, device;
@@ -130,7 +135,11 @@ std::vector<Image> features(const RollArguments& options, const std::vector<Roll
         }
         if (taken) result.push_back(job.picture.image);
     }
-    if (!unknown.empty()) throw UsageError("--cut-on: '" + *unknown.begin() + "' is none of the pictures");
+    if (!unknown.empty()) {
+        std::string names;
+        for (const RollJob& job : jobs) names += (names.empty() ? "" : ", ") + job.file.stem().string();
+        throw UsageError("--cut-on: '" + *unknown.begin() + "' is none of the pictures; there are " + names);
+    }
     return result;
 }
 
@@ -204,6 +213,9 @@ void run(RollArguments options) {
     options.tile = options.tile || options.tiles;
     if (!options.tile && !options.size)
         throw UsageError("one of --tile, --tiles and --size is needed: a tile, or a quilt of a size");
+    if (options.size && std::min(options.size->height, options.size->width) < least_side)
+        throw UsageError("--size: " + detail::compact_text_of(*options.size) + " is smaller than " +
+                         detail::compact_size_text(least_side, least_side));
     if (options.tile && options.roller.block)
         throw UsageError("--block excludes --tile: a tile is one patch");
     const Stopwatch total;
@@ -242,6 +254,13 @@ void run(RollArguments options) {
         cost = std::max(cost, map.cut_cost);
         seam = std::max(seam, map.seam);
     }
+    if (seam > visible_seam)
+        warn("cuts show: steps across them are " + number_text(seam) +
+             " times those inside patches; a larger sample, another --seed" +
+             (options.tile && options.size ? ", no --size" : "") +
+             (options.roller.overlap ? "" : ", a larger --overlap") +
+             " or cuts that look at other pictures "
+             "(--cut-on) may hide them");
     (options.json ? report_json : report_text)(options, jobs, maps, cost, seam, device, seconds);
 }
 

@@ -32,7 +32,10 @@ constexpr int minor_version = 1;
 /// A parsed file takes some ten times its size in memory; no model comes near.
 constexpr std::size_t largest_file = std::size_t{256} << 20;
 constexpr const char* btf_remedy = "that is a BTF: btfield btf info shows it, btfield btf synth grows it";
-const char* const other_remedy = "give a model of the other kind: btfield info tells which it is";
+const char* const regions_remedy =
+    "that is a compound model, with regions: give a plain one, as btfield fit makes it";
+const char* const plain_remedy =
+    "that is a plain model, without regions: btfield compound fit makes one that has them";
 
 // Writing
 // ------------------------------------------------------------------------------------------------------
@@ -333,9 +336,10 @@ void read_version(Object& object, const std::string& expected, Context& context)
     if (const std::string format = object.get("format", text); format != expected) {
         fail(context,
              "it is not supported: its format is '" + printable(format) + "', not '" + expected + "'",
-             format == btf_format                                    ? btf_remedy
-             : format == compound_format || format == texture_format ? other_remedy
-                                                                     : file_remedy);
+             format == btf_format        ? btf_remedy
+             : format == compound_format ? regions_remedy
+             : format == texture_format  ? plain_remedy
+                                         : file_remedy);
     }
     const auto [major, minor] = object.get("version", pair);
     const std::string version = std::to_string(major) + "." + std::to_string(minor);

@@ -27,9 +27,10 @@ namespace {
 struct JpegMarkers {
     std::string missing_end;  ///< where the file breaks off before its end mark; empty when it is complete
     std::string profile;      ///< ICC, put together from its pieces; empty: none or damaged
-    std::string exif;         ///< from its byte order mark on; empty: none
-    std::string xmp;          ///< empty: none
-    bool adobe = false;       ///< written by a program of Adobe: inks are stored the other way round
+    bool damaged_profile = false;
+    std::string exif;    ///< from its byte order mark on; empty: none
+    std::string xmp;     ///< empty: none
+    bool adobe = false;  ///< written by a program of Adobe: inks are stored the other way round
 };
 
 /// Pieces of a profile, by number from 1 on.
@@ -59,6 +60,7 @@ class MarkerReader {
             at += 2;
             if (marker == 0xD9) {
                 markers_.profile = joined(profile_, pieces_);
+                markers_.damaged_profile = (has_pieces_ && markers_.profile.empty()) || has_twins_;
                 return markers_;
             }
             // 0x00 escapes a data byte of 0xFF; restart marks (and 0x01) stand alone.
@@ -86,9 +88,13 @@ class MarkerReader {
         if (marker == 0xE1 && content.starts_with(jpeg_xmp_mark) && markers_.xmp.empty())
             markers_.xmp = content.substr(jpeg_xmp_mark.size());
         if (marker == 0xEE && content.starts_with("Adobe")) markers_.adobe = true;
-        if (marker == 0xE2 && content.starts_with(icc) && content.size() > icc.size() + 2) {
+        if (marker == 0xE2 && content.starts_with(icc)) {
+            has_pieces_ = true;
+            if (content.size() <= icc.size() + 2) return;
             pieces_ = static_cast<unsigned char>(content[icc.size() + 1]);
-            profile_[static_cast<unsigned char>(content[icc.size()])] = content.substr(icc.size() + 2);
+            std::string& piece = profile_[static_cast<unsigned char>(content[icc.size()])];
+            has_twins_ = has_twins_ || !piece.empty();
+            piece = content.substr(icc.size() + 2);
         }
     }
 
@@ -96,6 +102,7 @@ class MarkerReader {
     JpegMarkers markers_;
     std::map<int, std::string> profile_;
     int pieces_ = 0;
+    bool has_pieces_ = false, has_twins_ = false;
 };
 
 /// libjpeg's state. What fails in libjpeg leaves by longjmp() to the step that is run, which makes no object
@@ -245,6 +252,8 @@ Picture decode_jpeg(const std::filesystem::path& path, const ReadOptions& option
     } catch (const std::bad_alloc&) {
         throw InputError(asked, compact_text_of(crop) + " pixels do not fit in memory", "crop the picture");
     }
+    if (markers.damaged_profile)
+        picture.remarks.emplace_back("its colour profile is damaged and was ignored");
     apply_colours(picture, markers, exif, options.keep_values);
     make_upright(picture, orientation);
     if (exif.from_xmp) picture.remarks.emplace_back(xmp_orientation_remark);

@@ -16,6 +16,7 @@ struct PngChunks {
     std::string gamma, primaries, profile, code_points, exif;
     std::string xmp;          ///< content of the iTXt that holds it
     std::string description;  ///< the text of that name
+    std::string damaged;      ///< names of chunks that are not as they must be, and are ignored
     bool has_srgb = false;
     bool animated = false;  ///< acTL: only the first picture is read
 };

@@ -157,6 +157,9 @@ Picture decode_png(const std::filesystem::path& path, const ReadOptions& options
             "crop the picture");
     }
     understand_unnamed(picture, channels, file.has_alpha() ? channels - 1 : -1, around, options, asked);
+    if (!chunks.damaged.empty())
+        picture.remarks.push_back("what its " + chunks.damaged +
+                                  " says is damaged or out of place and was ignored");
     if (chunks.animated) picture.remarks.emplace_back("it is animated, and its first picture is read");
     return picture;
 }

@@ -58,6 +58,31 @@ bool matters(std::string_view name) {
     return std::find(kept.begin(), kept.end(), name) != kept.end();
 }
 
+/// The rules of the PNG specification for what stands where, as far as readers differ over it.
+class ChunkRules {
+  public:
+    /// Whether the chunk may stand here and has a length that it can have; in file order, the header first.
+    [[nodiscard]] bool allows(std::string_view name, std::string_view content) {
+        if (name == "IHDR") colour_ = content[9];
+        if (name == "PLTE") palette_ = content.size() / 3;
+        if (name == "IDAT") pixels_begun_ = true;
+        if (name == "gAMA") return content.size() == 4;
+        if (name == "cHRM") return content.size() == 32;
+        if (name == "cICP") return content.size() == 4;
+        if (name != "tRNS") return true;
+        if (pixels_begun_) return false;
+        return colour_ == 0   ? content.size() == 2
+               : colour_ == 2 ? content.size() == 6
+               : colour_ == 3 ? !content.empty() && content.size() <= palette_
+                              : false;
+    }
+
+  private:
+    int colour_ = 0;
+    std::size_t palette_ = 0;
+    bool pixels_begun_ = false;
+};
+
 void keep(PngChunks& chunks, std::string_view name, std::string_view content) {
     const std::array<std::pair<std::string_view, std::string*>, 5> known{{{"gAMA", &chunks.gamma},
                                                                           {"cHRM", &chunks.primaries},
@@ -85,6 +110,7 @@ std::string checked_png(const std::filesystem::path& path, const std::string& as
     std::string kept = bytes.substr(0, signature);
     kept.reserve(bytes.size());
     std::size_t at = signature;
+    ChunkRules rules;
     while (at + head <= all.size()) {
         const std::size_t length = word(all, at);
         const std::string_view name = all.substr(at + 4, 4);
@@ -107,8 +133,16 @@ std::string checked_png(const std::filesystem::path& path, const std::string& as
             throw InputError(asked, "its header is not at its beginning", use_a_complete_file);
         }
         if (name == "IHDR") check_header(content, bytes.size(), asked);
-        if (chunks != nullptr) keep(*chunks, name, content);
-        if (matters(name)) kept.append(all.substr(at, head + length + sum));
+        const bool critical = std::isupper(static_cast<unsigned char>(name.front())) != 0;
+        if (critical && !matters(name)) {
+            throw InputError(
+                asked, "it is of a kind that is not supported (its chunk " + called + " must not be ignored)",
+                convert_it);
+        }
+        const bool right = rules.allows(name, content);
+        if (chunks != nullptr && right) keep(*chunks, name, content);
+        if (chunks != nullptr && !right) chunks->damaged += (chunks->damaged.empty() ? "" : ", ") + called;
+        if (matters(name) && right) kept.append(all.substr(at, head + length + sum));
         if (name == "IEND") return kept;
         at += head + length + sum;
     }

@@ -1,10 +1,12 @@
 #include "host/pictures/pnm.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "btfield/error.hpp"
@@ -233,6 +235,7 @@ Picture read_pnm(const std::filesystem::path& path, const ReadOptions& options, 
 
 void write_pnm(const std::filesystem::path& path, const Image& image, PixelType type,
                const std::string& asked) {
+    errno = 0;
     std::ofstream file(path, std::ios::binary);
     const bool wide = type == PixelType::uint16;
     file << (image.planes() == 1 ? "P5\n" : "P6\n") << image.width() << ' ' << image.height() << '\n'
@@ -249,7 +252,9 @@ void write_pnm(const std::filesystem::path& path, const Image& image, PixelType 
     }
     file.close();
     if (!file)
-        throw InputError(asked, "its pixels cannot be stored", "free some space or choose another place");
+        throw InputError(asked,
+                         errno != 0 ? std::generic_category().message(errno) : "its pixels cannot be stored",
+                         "free some space or choose another place");
 }
 
 }  // namespace btfield::detail

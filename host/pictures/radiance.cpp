@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include <fstream>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -337,6 +339,7 @@ void write_radiance(const std::filesystem::path& path, const Image& image, const
         bytes += '\n';
     }
     bytes += "\n-Y " + std::to_string(image.height()) + " +X " + std::to_string(image.width()) + "\n";
+    errno = 0;
     std::ofstream file(path, std::ios::binary);
     std::vector<Pixel> line(static_cast<std::size_t>(image.width()));
     const bool coded = image.width() >= 8 && image.width() <= 32767;
@@ -357,7 +360,9 @@ void write_radiance(const std::filesystem::path& path, const Image& image, const
     }
     file.close();
     if (!file)
-        throw InputError(asked, "its pixels cannot be stored", "free some space or choose another place");
+        throw InputError(asked,
+                         errno != 0 ? std::generic_category().message(errno) : "its pixels cannot be stored",
+                         "free some space or choose another place");
 }
 
 }  // namespace btfield::detail

@@ -169,16 +169,30 @@ double deviation(const Image& image) {
     return std::sqrt(std::max(0.0, squares / n - sum / n * (sum / n)));
 }
 
-/// Correlation of two fields of slopes.
-double correlation(const Image& a, const Image& b) {
+/// Correlation of two fields of slopes, or of one of their components.
+double correlation(std::span<const float> a, std::span<const float> b) {
     double ab = 0.0, aa = 0.0, bb = 0.0;
-    for (size_t i = 0; i < a.values().size(); ++i) {
-        const auto x = static_cast<double>(a.values()[i]), y = static_cast<double>(b.values()[i]);
+    for (size_t i = 0; i < a.size(); ++i) {
+        const auto x = static_cast<double>(a[i]), y = static_cast<double>(b[i]);
         ab += x * y;
         aa += x * x;
         bb += y * y;
     }
     return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
+}
+
+/// Slopes along one axis may agree and hide that those along the other are the wrong way round.
+void check_axes(const MapPicture& normals, const Image& slopes, const Image& of_height) {
+    const double x = correlation(slopes.plane(0), of_height.plane(0)),
+                 y = correlation(slopes.plane(1), of_height.plane(1));
+    if (x > -least_correlation && y > -least_correlation) return;
+    const auto text = [](double value) { return std::to_string(value).substr(0, value < 0.0 ? 5 : 4); };
+    refuse_map(normals,
+               "has slopes that agree with the height's along one axis alone (correlation along x " +
+                   text(x) + ", along y " + text(y) + ")",
+               y < x ? std::string("its green points the other way: give --convention ") +
+                           (normals.directx ? "opengl" : "directx")
+                     : "its red points the other way, as in a mirrored map: turn red round (1 - red)");
 }
 
 /// The height, in pixels about 0, of which the normals are.
@@ -191,7 +205,7 @@ Image height_of(Device& device, const MapPicture& normals, const MapPicture* hei
     if (height != nullptr) {
         Image coarse = height_plane(*height);
         const Image own = slopes_of_height(coarse, edges);
-        const double agree = correlation(slopes, own);
+        const double agree = correlation(slopes.values(), own.values());
         if (!(agree > least_correlation))
             refuse_map(*height,
                        "and '" + normals.name + "' tell of different surfaces (correlation of slopes " +
@@ -199,6 +213,7 @@ Image height_of(Device& device, const MapPicture& normals, const MapPicture* hei
                        agree < -least_correlation ? "light may be low there: invert the height, or take the "
                                                     "normals as DirectX's (--convention directx)"
                                                   : "give maps that belong together, or leave one out");
+        check_axes(normals, slopes, own);
         const auto scale = static_cast<float>(height_scale(slopes, coarse, edges));
         double mean = 0.0;
         for (const float value : coarse.values()) mean += static_cast<double>(value);

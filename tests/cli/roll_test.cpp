@@ -111,11 +111,11 @@ TEST(CliRoll, Refusals) {
     expect_failure({"roll", bark, "-o", out, "--tile", "--block", "32"}, 2, "--block");
     expect_failure({"roll", bark, data + "/grass.png", "-o", out, "--tile"}, 2, "is no folder");
     expect_failure({"roll", bark, "-o", out, "--tile", "--cut-on", "height"}, 2,
-                   "'height' is none of the pictures");
+                   "'height' is none of the pictures; there are bark");
     expect_failure({"roll", bark, data + "/landsat.tif", "-o", folder.path().string(), "--tile"}, 1,
                    "pixel by pixel");
     expect_failure({"roll", bark, "-o", out, "--tile", "--size", "4000x4000"}, 1, "quilt");
-    expect_failure({"roll", bark, "-o", out, "--size", "200x8"}, 1, "below 16");
+    expect_failure({"roll", bark, "-o", out, "--size", "200x8"}, 2, "200x8 is smaller than 16x16");
     expect_failure({"roll", bark, "-o", out, "--size", "200x200", "--block", "9999"}, 1, "patches of 9999");
     expect_failure({"roll", folder.path().string(), "-o", out, "--tile"}, 1, "there are none");
     Image one({32, 32}, 3);

@@ -188,6 +188,19 @@ TEST_F(ColourProfile, JpegProfileInPiecesAndOrientation) {
     }
 }
 
+TEST_F(ColourProfile, JpegProfileThatLacksAPieceIsTold) {
+    write_picture(folder_ / "plain.jpg", Image({8, 16}, 3, ColourSpace::srgb));
+    const std::string head = std::string("ICC_PROFILE\0", 12), piece(100, 'x');
+    using Segments = std::vector<std::pair<int, std::string>>;
+    for (const Segments& segments : {Segments{{0xE2, head + "\1\3" + piece}, {0xE2, head + "\3\3" + piece}},
+                                     Segments{{0xE2, head + "\1\2" + piece}, {0xE2, head + "\1\2" + piece}},
+                                     Segments{{0xE2, head + "\5\2" + piece}}, Segments{{0xE2, head}}}) {
+        put_bytes(folder_ / "a.jpg", test::with_segments(test::bytes_of(folder_ / "plain.jpg"), segments));
+        EXPECT_EQ(read_picture(folder_ / "a.jpg").remarks,
+                  std::vector<std::string>{"its colour profile is damaged and was ignored"});
+    }
+}
+
 TEST_F(ColourProfile, JpegIsTurnedByXmpWhereExifIsSilent) {
     write_picture(folder_ / "plain.jpg", Image({8, 16}, 3, ColourSpace::srgb));
     const std::string xmp = std::string("http://ns.adobe.com/xap/1.0/\0", 29) + "<r tiff:Orientation='8'/>";

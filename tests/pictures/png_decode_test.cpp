@@ -3,12 +3,14 @@
 #include <png.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "btfield/error.hpp"
@@ -194,6 +196,51 @@ TEST(png_decode, fewer_pixels_than_the_header_says) {
         if (interlaced) continue;
         // What is there can be read.
         EXPECT_EQ(read_picture(path, Crop{0, 0, size.width, size.height}).image.size(), size);
+    }
+}
+
+std::string chunk(const std::string& name, const std::string& content) {
+    std::string bytes(4, '\0');
+    put_number(bytes, 0, static_cast<std::uint32_t>(content.size()));
+    bytes += name + content + std::string(4, '\0');
+    const auto sum = static_cast<std::uint32_t>(
+        crc32(0, reinterpret_cast<const Bytef*>(bytes.data() + 4), static_cast<uInt>(bytes.size() - 8)));
+    put_number(bytes, bytes.size() - 4, sum);
+    return bytes;
+}
+
+TEST(png_decode, chunks_that_are_not_as_they_must_be) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "a.png";
+    constexpr std::size_t behind_header = 33;
+    const Kind kind{PNG_COLOR_TYPE_RGB, 8, false, false};
+    const auto with = [&](std::size_t place, const std::string& more) {
+        std::string bytes = png_of(kind);
+        put(path, bytes.insert(place, more));
+        return read_picture(path);
+    };
+    const Picture plain = with(0, "");
+    const std::size_t before_end = png_of(kind).size() - 12;
+    for (const auto& [place, name, content] :
+         std::vector<std::tuple<std::size_t, std::string, std::string>>{{behind_header, "tRNS", "12"},
+                                                                        {before_end, "tRNS", "123456"},
+                                                                        {behind_header, "gAMA", "123"},
+                                                                        {behind_header, "cHRM", "1"},
+                                                                        {behind_header, "cICP", ""}}) {
+        const Picture picture = with(place, chunk(name, content));
+        EXPECT_TRUE(std::ranges::equal(picture.image.values(), plain.image.values())) << name;
+        EXPECT_TRUE(picture.alpha.empty()) << name;
+        EXPECT_EQ(picture.remarks,
+                  std::vector<std::string>{"what its " + name +
+                                           " says is damaged or out of place and was ignored"});
+    }
+    EXPECT_TRUE(with(behind_header, chunk("abCD", "xyz")).remarks.empty());
+    try {
+        static_cast<void>(with(behind_header, chunk("ABCD", "xyz")));
+        ADD_FAILURE() << "read";
+    } catch (const InputError& error) {
+        EXPECT_EQ(error.found(),
+                  "it is of a kind that is not supported (its chunk ABCD must not be ignored)");
     }
 }
 

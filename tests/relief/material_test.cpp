@@ -241,6 +241,23 @@ TEST(Material, RefusesWhatDoesNotBelongTogether) {
     maps = maps_of(height);
     for (float& v : maps[2].picture.image.values()) v = 1.0F - v;
     EXPECT_NE(refusal(maps).find("different surfaces"), std::string::npos) << refusal(maps);
+    // One axis the wrong way round, with more slope along the other, which alone agrees on the whole.
+    for (const int axis : {0, 1}) {
+        Image ridges({64, 64}, 1);
+        for (int r = 0; r < 64; ++r)
+            for (int c = 0; c < 64; ++c) {
+                const double along = axis == 0 ? r : c, across = axis == 0 ? c : r;
+                ridges.at(0, r, c) = static_cast<float>(3.0 * std::sin(0.7853981633974483 * along) +
+                                                        1.5 * std::sin(0.5890486225480862 * across));
+            }
+        maps = maps_of(ridges);
+        EXPECT_EQ(refusal(maps), "");
+        for (float& v : maps[1].picture.image.plane(axis)) v = 1.0F - v;
+        EXPECT_NE(refusal(maps).find("along one axis alone"), std::string::npos) << refusal(maps);
+        EXPECT_NE(refusal(maps).find(axis == 0 ? "its red points" : "give --convention directx"),
+                  std::string::npos)
+            << refusal(maps);
+    }
     maps = maps_of(height);
     maps[0].role = MapRole::height;
     EXPECT_NE(refusal(maps).find("second height"), std::string::npos) << refusal(maps);
