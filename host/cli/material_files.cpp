@@ -99,7 +99,7 @@ void refuse_folders(const std::vector<std::string>& pictures) {
         for (const fs::directory_entry& entry : fs::directory_iterator(each, error))
             if (extensions.contains(lower_extension(entry.path()))) inside.push_back(entry.path());
         const bool maps = are_maps(inside);
-        if (inside.empty() && fs::exists(fs::path(each) / "btf.json", error))
+        if (fs::exists(fs::path(each) / "btf.json", error))
             throw InputError("fit '" + each + "'", "it is a folder, with a BTF",
                              "btfield btf fit takes it, as in: btfield btf fit " + each + " -o MODEL.btfm");
         const std::string all = (fs::path(each) / "").string() + "*";
