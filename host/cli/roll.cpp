@@ -25,8 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int least_side = 16;  // of quilts and tiles
-/// Steps across cuts over those inside from which on they are plain to see: pictures of stones and bark have up
-/// to 1.6.
+/// Steps across cuts over those inside from which on they are plain to see: stones and bark have up to 1.6.
 constexpr double visible_seam = 3.0;
 
 struct RollArguments {
