@@ -20,7 +20,7 @@ struct Buffer::Shelf {
     [[nodiscard]] std::shared_ptr<HugeMemory> page_for(std::size_t bytes, std::byte*& place) {
         const std::lock_guard lock(mutex);
         if (shared && (place = shared->take(bytes)) != nullptr) return shared;
-        const auto fresh = std::make_shared<HugeMemory>(huge_page);
+        auto fresh = std::make_shared<HugeMemory>(huge_page);
         place = fresh->take(bytes);
         if (!shared || fresh->left() > shared->left()) shared = fresh;
         return fresh;

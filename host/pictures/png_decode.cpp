@@ -121,6 +121,7 @@ Picture read_pixels(OpenPng& file, Crop crop, const std::string& description) {
         Image({crop.height, crop.width}, planes,
               planes == 3 ? said_space(description).value_or(ColourSpace::srgb) : ColourSpace::unspecified);
     std::vector<std::span<float>> channels;
+    channels.reserve(static_cast<std::size_t>(file.channels()));
     for (int p = 0; p < planes; ++p) channels.push_back(picture.image.plane(p));
     if (file.has_alpha()) {
         picture.alpha.resize(area(picture.image.size()));
