@@ -50,10 +50,6 @@ ordered_json fingerprint(const BtfTexturesOptions& options) {
     return value;
 }
 
-}  // namespace
-
-namespace {
-
 struct ShardNumber {
     int shard = 0, shards = 0;
 };

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file
-/// PNG as it is stored, through libpng: OpenImageIO turns indices into colours.
+/// PNG as it is stored, of labels: decode_png() turns indices into colours.
 
 #include <array>
 #include <cstdint>
