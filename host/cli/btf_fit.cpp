@@ -107,10 +107,16 @@ double structure_of(Device& device, const BtfFit& fit) {
     }
 }
 
+/// What grown surfaces keep of shapes; nothing where that is not known.
 std::string structure_text(const BtfFit& fit, double structure) {
+    if (!std::isfinite(structure)) return {};
     const SurfaceKind kind = fit.model.surface_kind();
-    if (!(structure > lost_structure) || kind == SurfaceKind::roll) return {};
-    return "Grown surfaces lose shapes: structure distance " + number_text(structure) +
+    const std::string distance = "structure distance " + number_text(structure);
+    if (structure <= lost_structure) return "Grown surfaces keep shapes: " + distance + ".\n";
+    if (kind == SurfaceKind::roll)
+        return "Grown surfaces keep shapes in part: " + distance +
+               "; cuts between patches go through some.\n";
+    return "Grown surfaces lose shapes: " + distance +
            ". --model roll lays the surface's own patches and keeps more, in a file that grows with the "
            "pictures' size" +
            (kind == SurfaceKind::field ? "; --model compound keeps regions.\n" : ".\n");

@@ -243,6 +243,11 @@ TEST_F(CliBtfModel, FitsAndGrows) {
         btfield(fit("told.btfm", {"--leave-out", "9", "--levels", "1", "--order", "1"})).out;
     EXPECT_NE(told.find("Grown surfaces lose shapes"), std::string::npos) << told;
     EXPECT_NE(told.find("--model roll"), std::string::npos) << told;
+    // Patches of so small a surface keep little, and there is nothing better to name.
+    const std::string rolled = btfield(fit("rolled.btfm", {"--model", "roll"})).out;
+    EXPECT_NE(rolled.find("Grown surfaces keep shapes in part: structure distance 0."), std::string::npos)
+        << rolled;
+    EXPECT_EQ(rolled.find("--model"), std::string::npos) << rolled;
     EXPECT_EQ(fitted["method"], "joint");
     EXPECT_EQ(fitted["planes"], 4);
     EXPECT_EQ(fitted["pictures"], 72);
