@@ -24,6 +24,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/ending.hpp"
+#include "host/cli/near_misses.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_names.hpp"
 #include "host/cli/report.hpp"
@@ -98,6 +99,9 @@ int wrong(const CLI::App& app, const std::string& text) {
         if (!name.empty() &&
             std::ranges::find(commands, unknown.front(), &CLI::App::get_name) != commands.end())
             found += ", did you mean 'btfield " + unknown.front() + "'?";
+    } else if (!unknown.empty()) {
+        const std::string advice = cli::near_miss(*command, unknown);
+        if (!advice.empty()) found += "; " + advice;
     }
     return fail(wrong_usage, (name.empty() ? "command line" : name) + ": " + found + "; see 'btfield " +
                                  name + (name.empty() ? "" : " ") + "--help'");

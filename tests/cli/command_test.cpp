@@ -129,6 +129,37 @@ TEST(CliCommand, WrongUsage) {
     EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(CliCommand, NearMisses) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    const std::vector<std::pair<Words, std::string>> all{
+        // What the command has in its place.
+        {{"compound", "fit", "a.png", "-o", "m.json", "--model", "3d-car"}, "--local chooses"},
+        {{"compound", "fit", "a.png", "-o", "m.json", "--model=3d-car"}, "--local chooses"},
+        {{"compound", "fit", "a.png", "-o", "m.json", "--clusters", "3"}, "--regions says"},
+        {{"fit", "a.png", "-o", "m.json", "--regions", "3"}, "'btfield compound fit'"},
+        {{"fit", "a.png", "-o", "m.json", "--size", "64"}, "'btfield synth MODEL -o IMAGE'"},
+        {{"fit", "a.png", "-o", "m.json", "--height", "h.png"}, "--joint and --roles"},
+        {{"btf", "fit", "set", "-o", "m.json", "--local", "3d-car"}, "--model chooses"},
+        {{"synth", "m.json", "-o", "t.png", "--order", "3"}, "when the model was fitted"},
+        {{"btf", "synth", "m.btfm", "-o", "t.png", "--order", "3"}, "'btfield btf fit' when"},
+        {{"btf", "view", "m.btfm", "-o", "t.html", "--light", "3,4"}, "the page's reader"},
+        {{"roll", "a.png", "-o", "t.png", "--model", "3d-car"}, "without a model"},
+        // What is spelt nearly so.
+        {{"fit", "a.png", "-o", "m.json", "--level", "3"}, "did you mean --levels?"},
+        {{"fit", "a.png", "-o", "m.json", "--neighborhood", "causal"}, "did you mean --neighbourhood?"},
+        {{"fit", "a.png", "-o", "m.json", "-model", "3d-car"}, "did you mean --model?"},
+        // Whose it is.
+        {{"fit", "a.png", "-o", "m.json", "--metric", "lab"}, "it is an option of 'btfield memd';"},
+        {{"compound", "edit", "m.json", "-o", "n.json", "--local", "3d-car"},
+         "it is an option of 'btfield compound fit';"},
+    };
+    for (const auto& [words, part] : all) expect_failure(words, 2, part, here);
+    expect_failure({"fit", "a.png", "-o", "m.json", "--zorro"}, 2, "not expected: --zorro; see 'btfield fit",
+                   here);
+    EXPECT_TRUE(folder.names().empty());
+}
+
 // The road
 // -----------------------------------------------------------------------------------------------------
 
