@@ -162,7 +162,7 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
         match_relief(device, maps, input.picture.image, grown(input.picture.image.size()));
     if (!options.json && valid) {
         const Stopwatch scoring;
-        job.verdict = verdict_text(verdict_on(device, input.picture.image, maps, grown), job.model);
+        job.verdict = verdict_text(verdict_on(device, input.picture.image, job.model, grown), job.model);
         job.scoring = scoring.seconds();
     }
     job.total = reading.seconds();

@@ -167,7 +167,7 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
         if (options.maps.joint && valid)
             match_relief(device, maps, picture.image, grown(picture.image.size()));
         if ((options.fit.choose_model || told) && valid) {
-            const FitVerdict verdict = verdict_on(device, picture.image, maps, grown);
+            const FitVerdict verdict = verdict_on(device, picture.image, jobs[k].model, grown);
             const std::string structure = structure_reason(verdict);
             if (options.fit.choose_model && !structure.empty()) reasons.push_back(structure);
             if (told) jobs[k].verdict = verdict_text(verdict, jobs[k].model, options.fit);

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "btfield/criteria.hpp"
+#include "btfield/lag_covariance.hpp"
+#include "btfield/theory.hpp"
 #include "host/base/text.hpp"
 #include "host/cli/report.hpp"
 
@@ -13,19 +15,35 @@ namespace {
 constexpr int largest_judged = 512;
 /// Two halves of one picture differ by as much.
 constexpr double noticeable_lag_error = 0.06;
+/// Correlations that are further off are not kept.
+constexpr double largest_lag_error = 0.2;
+/// Share of a deviation that must be missing, or too much, to be told; and to be called a loss.
+constexpr double noticeable_deviation = 0.05, largest_deviation = 0.15;
 
 std::string percent(double share) {
     return number_text(std::round(1000.0 * share) / 10.0) + " %";
 }
 
-/// What may keep correlations better and was not asked for; empty: nothing.
-std::string proposals(const FitOptions& options) {
+/// "a, b or c".
+std::string listed(const std::vector<std::string>& words, const std::string& last) {
+    std::string text;
+    for (std::size_t i = 0; i < words.size(); ++i)
+        text += (i == 0 ? "" : i + 1 < words.size() ? ", " : last) + words[i];
+    return text;
+}
+
+/// What may come nearer and was not asked for; empty: nothing.
+std::string proposals(const TextureModel& model, const FitOptions& options) {
     if (options.choose_model) return {};
     constexpr int highest_order = 8;
-    std::string some = options.order < highest_order && options.correlated == 0 ? "--order 8" : "";
-    if (options.model != ModelKind::msar3d)
-        some += std::string(some.empty() ? "" : " or ") + "--model 3d-msar";
-    return (some.empty() ? "" : some + " may come nearer, ") +
+    std::vector<std::string> some;
+    // Without the coarse ones long waves are lost.
+    if (const int levels = default_levels(model.size, model.factor);
+        !options.choose_levels && static_cast<int>(model.levels.size()) < levels)
+        some.push_back("--levels " + std::to_string(levels));
+    if (options.order < highest_order && options.correlated == 0) some.emplace_back("--order 8");
+    if (options.model != ModelKind::msar3d) some.emplace_back("--model 3d-msar");
+    return (some.empty() ? "" : listed(some, " or ") + " may come nearer, ") +
            "--model auto --order auto --levels auto tries all models and orders, in two to four times the "
            "time";
 }
@@ -105,58 +123,230 @@ std::string silent_levels(const TextureModel& model) {
     }
     if (count == 0) return {};
     return std::string(count == 1 ? "Level " : "Levels ") + numbers + (count == 1 ? " has" : " have") +
-           " no share in textures (gain 0): the others alone are nearest to the picture's correlations. "
-           "--levels 1 does without levels.\n";
+           " no share in textures (gain 0): the others alone are nearest to the picture's correlations.\n";
+}
+
+/// The middle of it that textures are compared with.
+Size judged(const Image& picture) {
+    return {std::min(picture.height(), largest_judged), std::min(picture.width(), largest_judged)};
+}
+
+Image middle(const Image& image, Size size) {
+    return image.crop((image.height() - size.height) / 2, (image.width() - size.width) / 2, size);
+}
+
+/// Mean over all planes that vary.
+double lag_error(const std::vector<Image>& given, const std::vector<Image>& grown) {
+    double sum = 0.0;
+    int varying = 0;
+    for (std::size_t m = 0; m < given.size(); ++m) {
+        for (int p = 0; p < given[m].planes(); ++p) {
+            Image a(given[m].size(), 1), b(grown[m].size(), 1);
+            std::ranges::copy(given[m].plane(p), a.plane(0).begin());
+            std::ranges::copy(grown[m].plane(p), b.plane(0).begin());
+            if (!varies(a)) continue;
+            sum += compare(a, b).lag_covariance_error;
+            ++varying;
+        }
+    }
+    return varying == 0 ? 0.0 : sum / varying;
+}
+
+/// What of it a texture tells.
+FitVerdict verdict_of(Device& device, const Image& picture, std::span<const MaterialMap> maps,
+                      const Image& texture) {
+    const Size size = texture.size();
+    FitVerdict verdict;
+    if (maps.empty()) {
+        verdict.lag_covariance_error = compare(picture, texture).lag_covariance_error;
+        verdict.structure_distance = structure_distance(middle(picture, size), texture);
+        return verdict;
+    }
+    const std::vector<Image> grown = split_maps(device, maps, texture, SurfaceEdges::periodic);
+    std::vector<MaterialMap> measured(maps.begin(), maps.end());
+    for (MaterialMap& map : measured) map.gains.clear();
+    const std::vector<Image> given = split_maps(device, measured, picture, SurfaceEdges::mirror);
+    std::vector<Image> parts;
+    for (std::size_t m = 0; m < maps.size(); ++m) {
+        parts.push_back(middle(given[m], size));
+        if (varies(parts[m]))
+            verdict.maps.push_back({maps[m].name, maps[m].role, structure_distance(parts[m], grown[m])});
+    }
+    verdict.lag_covariance_error = lag_error(given, grown);
+    verdict.structure_distance = structure_distance(seen(parts), seen(grown));
+    return verdict;
+}
+
+/// Covariances that a model promises of textures of the picture's size, beside the picture's.
+class Promise {
+  public:
+    Promise(const Image& picture, const TextureModel& model)
+        : planes_(static_cast<std::size_t>(picture.planes())),
+          lags_(probe_lags(picture.size())),
+          measured_(covariances_at(picture, lags_)),
+          promised_(theoretical_covariance(model, picture.size(), lags_)) {}
+
+    /// Mean over lags, and over planes that vary, as compare() has it.
+    [[nodiscard]] double lag_covariance_error() const {
+        double sum = 0.0;
+        int varying = 0;
+        for (std::size_t i = 0; i < planes_; ++i) {
+            const double variance = measured_[place(0, i)];
+            if (!(variance > 0.0)) continue;
+            ++varying;
+            for (std::size_t s = 0; s < lags_.size(); ++s)
+                sum += std::abs(promised_[place(s, i)] - measured_[place(s, i)]) / variance;
+        }
+        return varying == 0 ? 0.0 : sum / static_cast<double>(lags_.size()) / varying;
+    }
+
+    /// Of textures to the picture's: the quadratic mean over these planes, but those that are constant.
+    [[nodiscard]] double deviation(int first, int count) const {
+        double sum = 0.0;
+        int varying = 0;
+        for (int p = first; p < first + count; ++p) {
+            const std::size_t at = place(0, static_cast<std::size_t>(p));
+            if (!(measured_[at] > 0.0)) continue;
+            sum += promised_[at] / measured_[at];
+            ++varying;
+        }
+        return varying == 0 ? 1.0 : std::sqrt(sum / varying);
+    }
+
+  private:
+    [[nodiscard]] std::size_t place(std::size_t lag, std::size_t plane) const {
+        return (lag * planes_ + plane) * planes_ + plane;
+    }
+
+    std::size_t planes_;
+    std::vector<Offset> lags_;
+    std::vector<double> measured_, promised_;
+};
+
+double deviation(const Image& image, int plane) {
+    double sum = 0.0, squares = 0.0;
+    for (const float v : image.plane(plane)) {
+        sum += static_cast<double>(v);
+        squares += static_cast<double>(v) * static_cast<double>(v);
+    }
+    const auto pixels = static_cast<double>(image.plane(plane).size());
+    return std::sqrt(std::max(0.0, squares / pixels - sum / pixels * (sum / pixels)));
+}
+
+/// Heights are grown with gains, which take some of their deviation.
+void keep_gains(FitVerdict& verdict, Device& device, std::span<const MaterialMap> maps,
+                const Image& texture) {
+    int plane = 0;
+    for (const MaterialMap& map : maps) {
+        const int own = plane;
+        plane += map.planes;
+        const double whole = map.gains.empty() ? 0.0 : deviation(texture, own);
+        if (!(whole > 0.0)) continue;
+        MaterialMap alone = map;
+        Image height(texture.size(), 1);
+        std::ranges::copy(texture.plane(own), height.plane(0).begin());
+        const std::vector<Image> grown =
+            split_maps(device, std::span<const MaterialMap>(&alone, 1), height, SurfaceEdges::periodic);
+        for (FitVerdict::Deviation& each : verdict.deviations)
+            if (each.of == map.name) each.share *= deviation(grown.front(), 0) / whole;
+    }
+}
+
+/// Correlations are kept beside the rest, or lost.
+std::string kept_text(std::vector<std::string> kept, const FitVerdict& verdict) {
+    const std::string off = percent(verdict.lag_covariance_error) + " of the variance";
+    if (verdict.lag_covariance_error > largest_lag_error)
+        return listed(kept, " and ") + ".\nIt loses correlations: those of pixels are off by " + off;
+    kept.push_back("correlations of pixels to " + off);
+    return listed(kept, ", and ");
+}
+
+/// Deviations that are off, those that are lost, and whether any is.
+struct DeviationText {
+    std::string text;
+    bool lost = false;
+};
+
+DeviationText deviation_text(const FitVerdict& verdict) {
+    DeviationText told;
+    std::string list;
+    for (const FitVerdict::Deviation& each : verdict.deviations) {
+        const double off = std::abs(1.0 - each.share);
+        if (!(off > noticeable_deviation)) continue;
+        told.lost = told.lost || off > largest_deviation;
+        list += (list.empty() ? "" : ", ") + percent(each.share) + " of the deviation of " +
+                (each.of.empty() ? "the picture" : each.of);
+    }
+    if (list.empty()) return told;
+    told.text = (told.lost ? "It loses contrast: textures have " : "Textures have ") + list;
+    return told;
 }
 
 }  // namespace
 
-FitVerdict verdict_on(Device& device, const Image& picture, std::span<const MaterialMap> maps,
+FitVerdict verdict_on(Device& device, const Image& picture, const TextureModel& model,
                       const std::function<Image(Size)>& grow) {
-    const Size size{std::min(picture.height(), largest_judged), std::min(picture.width(), largest_judged)};
-    Image part = picture.crop((picture.height() - size.height) / 2, (picture.width() - size.width) / 2, size);
-    Image texture = grow(size);
-    FitVerdict verdict;
-    if (!maps.empty()) {
-        const std::vector<Image> grown = split_maps(device, maps, texture, SurfaceEdges::periodic);
-        std::vector<MaterialMap> measured(maps.begin(), maps.end());
-        for (MaterialMap& map : measured) map.gains.clear();
-        const std::vector<Image> given = split_maps(device, measured, part, SurfaceEdges::mirror);
-        for (std::size_t m = 0; m < maps.size(); ++m)
-            if (varies(given[m]))
-                verdict.maps.push_back({maps[m].name, maps[m].role, structure_distance(given[m], grown[m])});
-        texture = seen(grown);
-        part = seen(given);
+    const std::vector<MaterialMap>& maps = model.provenance.maps;
+    const Image texture = grow(judged(picture));
+    FitVerdict verdict = verdict_of(device, picture, maps, texture);
+    const Promise promise(picture, model);
+    if (maps.empty()) {
+        verdict.lag_covariance_error = promise.lag_covariance_error();
+        verdict.deviations.push_back({{}, promise.deviation(0, picture.planes())});
     }
-    verdict.lag_covariance_error = compare(part, texture).lag_covariance_error;
-    verdict.structure_distance = structure_distance(part, texture);
+    int plane = 0;
+    for (const MaterialMap& map : maps) {
+        if (map.planes > 0 && map.role != MapRole::normal)
+            verdict.deviations.push_back({map.name, promise.deviation(plane, map.planes)});
+        plane += map.planes;
+    }
+    keep_gains(verdict, device, maps, texture);
+    return verdict;
+}
+
+FitVerdict verdict_on(Device& device, const Image& picture, const CompoundModel& model,
+                      const std::function<Image(Size)>& grow) {
+    const std::vector<MaterialMap>& maps = model.provenance.maps;
+    const Image texture = grow(judged(picture));
+    FitVerdict verdict = verdict_of(device, picture, maps, texture);
+    for (const MaterialMap& map : maps)
+        if (!map.gains.empty()) verdict.deviations.push_back({map.name, 1.0});
+    keep_gains(verdict, device, maps, texture);
     return verdict;
 }
 
 std::string verdict_text(const FitVerdict& verdict, const TextureModel& model, const FitOptions& options) {
     const bool marginals = !model.marginals.empty();
     const bool colours = has_colours(model, model.basis);
-    std::string text = std::string("It keeps ") +
-                       (model.planes == 1 ? "mean"
-                        : colours         ? "means and colours"
-                                          : "means") +
-                       (marginals ? ", histograms" : "") + ", and correlations of pixels to " +
-                       percent(verdict.lag_covariance_error) + " of the variance";
-    const std::string nearer = verdict.lag_covariance_error > noticeable_lag_error ? proposals(options) : "";
+    const bool correlated = verdict.lag_covariance_error <= largest_lag_error;
+    std::vector<std::string> kept{model.planes == 1 ? "mean" : "means"};
+    if (colours) kept.emplace_back("colours");
+    if (marginals) kept.emplace_back("histograms");
+    std::string text = "It keeps " + kept_text(kept, verdict);
+    const DeviationText deviations = deviation_text(verdict);
+    if (!deviations.text.empty()) text += ".\n" + deviations.text;
+    const bool off = verdict.lag_covariance_error > noticeable_lag_error || !deviations.text.empty();
+    const std::string nearer = off ? proposals(model, options) : "";
     text += (nearer.empty() ? "" : ": " + nearer) + ".\n";
     text += silent_levels(model);
     if (verdict.loses_shapes())
         text += "It loses shapes: " + distances_text(verdict) + ". " + compound_proposal(verdict, model) +
                 "; 'btfield roll' lays the picture's own patches.\n";
+    else if (deviations.lost || !correlated)
+        text += "'btfield roll' lays the picture's own patches and keeps all of it.\n";
     return text;
 }
 
 std::string verdict_text(const FitVerdict& verdict, const CompoundModel& model) {
     const bool colours = has_colours(model, model.regions.front().residual.basis);
-    std::string text = std::string("It keeps the ") + (colours ? "colours of " : "means of ") +
-                       detail::counted(model.regions.size(), "region") +
-                       " and their shares, and correlations of pixels to " +
-                       percent(verdict.lag_covariance_error) + " of the variance.\n";
+    std::string text = "It keeps " +
+                       kept_text({std::string(colours ? "the colours of " : "the means of ") +
+                                      detail::counted(model.regions.size(), "region"),
+                                  "their shares"},
+                                 verdict) +
+                       ".\n";
+    if (const DeviationText deviations = deviation_text(verdict); !deviations.text.empty())
+        text += deviations.text + ".\n";
     const std::string distance = distances_text(verdict);
     if (verdict.loses_shapes())
         text += "Shapes are kept in part: " + distance +
