@@ -93,6 +93,12 @@ std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
 /// Of the draw of a normal: 80 operations of Philox make four, 87 of Box-Muller two.
 constexpr double operations_of_normal = 80.0 / 4.0 + 87.0 / 2.0;
 
+/// Vectors of blocks of noise: blocks of 16 feed 32 frequencies.
+std::size_t block_vectors(const DeviceImpl& device, int height) {
+    const auto blocks = static_cast<std::size_t>(height / 2 / 32 + 1) * 16;
+    return blocks / static_cast<std::size_t>(device.vector_width());
+}
+
 }  // namespace
 
 SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralForm>& parts, Size lattice,
@@ -127,6 +133,7 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
             const double angle = half_angle(s, k, lattice.width);
             columns.push_back({static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))});
         }
+    column_steps_ = column_steps.size();
     std::vector<float> means(mean.begin(), mean.end());
     std::vector<float> coefficients;
     for (const SpectralForm& part : parts) pack_coefficients(part, offsets, scale, coefficients);
@@ -147,9 +154,11 @@ void SpectralFactors::store(DeviceImpl& device) {
     Buffer re = device.buffer(bytes), im = device.buffer(bytes);
     const int pitch = spectrum_pitch(lattice_.height);
     const auto lanes = static_cast<std::size_t>(device.vector_width());
-    device.launch(kernel(device, "spectral_factors", false), range(static_cast<std::size_t>(pitch) / lanes),
-                  grain(), LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_,
-                  rows_, columns_, offsets_count_, re, im, lattice_.width, pitch);
+    device.launch(kernel(device, "spectral_factors", false),
+                  range(static_cast<std::size_t>(pitch) / lanes, lattice_.width), grain(),
+                  LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_, rows_,
+                  columns_, offsets_count_, re, im, lattice_.width, pitch);
+    put_means(device, re, im, lattice_.width);
     factor_re_ = std::move(re);
     factor_im_ = std::move(im);
     stored_ = true;
@@ -157,21 +166,41 @@ void SpectralFactors::store(DeviceImpl& device) {
 
 void SpectralFactors::set_means(DeviceImpl& device,
                                 const std::vector<std::optional<Eigen::MatrixXd>>& densities) {
-    // Whatever memory there is: textures are the same.
-    storable_ = true;
-    store(device);
+    const auto d = static_cast<std::size_t>(planes_);
+    roots_.clear();
+    for (const std::optional<Eigen::MatrixXd>& density : densities) {
+        std::vector<float>& root = roots_.emplace_back();
+        if (!density) continue;
+        const Matrix values = scale_ * symmetric_root(*density);
+        root.assign(values.data(), values.data() + d * d);
+    }
+    // A column is little memory also where the torus is long.
+    const int pitch = spectrum_pitch(lattice_.height);
+    const auto lanes = static_cast<std::size_t>(device.vector_width());
+    const std::size_t bytes =
+        sizeof(float) * static_cast<std::size_t>(parts_) * d * d * static_cast<std::size_t>(pitch);
+    column_re_ = device.buffer(bytes);
+    column_im_ = device.buffer(bytes);
+    // Of every column step, cos 0 and sin 0.
+    const std::vector<std::array<float, 2>> at_zero(column_steps_, {1.0F, 0.0F});
+    device.launch(kernel(device, "spectral_factors", false),
+                  range(static_cast<std::size_t>(pitch) / lanes, 1), grain(),
+                  LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_, rows_,
+                  device.upload(at_zero), offsets_count_, column_re_, column_im_, 1, pitch);
+    put_means(device, column_re_, column_im_, 1);
+}
+
+void SpectralFactors::put_means(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im,
+                                int columns) const {
     const std::size_t frequencies =
-        static_cast<std::size_t>(lattice_.width) * static_cast<std::size_t>(spectrum_pitch(lattice_.height));
+        static_cast<std::size_t>(columns) * static_cast<std::size_t>(spectrum_pitch(lattice_.height));
     const auto d = static_cast<std::size_t>(planes_), lanes = static_cast<std::size_t>(device.vector_width());
-    for (std::size_t part = 0; part < densities.size(); ++part) {
-        if (!densities[part]) continue;
-        const Matrix root = scale_ * symmetric_root(*densities[part]);
-        for (std::size_t e = 0; e < d * d; ++e) {
+    for (std::size_t part = 0; part < roots_.size(); ++part) {
+        for (std::size_t e = 0; e < roots_[part].size(); ++e) {
             const std::size_t place = sizeof(float) * (part * d * d * frequencies + e * lanes);
-            const auto re = static_cast<float>(root.data()[e]);
-            const float im = 0.0F;
-            device.write(factor_re_, &re, sizeof re, place);
-            device.write(factor_im_, &im, sizeof im, place);
+            const float re = roots_[part][e], im = 0.0F;
+            device.write(factor_re, &re, sizeof re, place);
+            device.write(factor_im, &im, sizeof im, place);
         }
     }
 }
@@ -180,8 +209,8 @@ std::size_t SpectralFactors::factor_bytes() const {
     return sizeof(float) * spectrum_floats(lattice_, parts_ * planes_ * planes_);
 }
 
-Range SpectralFactors::range(std::size_t vectors) const {
-    return {vectors, static_cast<std::size_t>(lattice_.width), static_cast<std::size_t>(parts_)};
+Range SpectralFactors::range(std::size_t vectors, int columns) const {
+    return {vectors, static_cast<std::size_t>(columns), static_cast<std::size_t>(parts_)};
 }
 
 Kernel SpectralFactors::kernel(DeviceImpl& device, const char* name, bool stored) const {
@@ -211,38 +240,52 @@ double SpectralFactors::storable_bytes() const {
 
 void SpectralFactors::draw(DeviceImpl& device, Spectrum& spectrum, const Buffer& keys, int batch, int level,
                            int first_key) const {
-    draw(device, spectrum.re, spectrum.im, spectrum_floats(lattice_, 1), 0, keys, batch, level, first_key);
+    draw(device, Target{spectrum.re, spectrum.im, spectrum_floats(lattice_, 1), 0}, keys, batch, level,
+         first_key);
 }
 
 void SpectralFactors::draw(DeviceImpl& device, const Buffer& packed, const Buffer& keys, int batch, int level,
                            int first_key) const {
     const PackedSpectrum places{lattice_};
-    draw(device, packed, packed, places.stride(), places.imaginary(), keys, batch, level, first_key);
+    draw(device, Target{packed, packed, places.stride(), places.imaginary()}, keys, batch, level, first_key);
 }
 
-void SpectralFactors::draw(DeviceImpl& device, const Buffer& re, const Buffer& im, std::size_t stride,
-                           std::size_t imaginary, const Buffer& keys, int batch, int level,
+void SpectralFactors::draw(DeviceImpl& device, const Target& target, const Buffer& keys, int batch, int level,
                            int first_key) const {
-    const int pitch = spectrum_pitch(lattice_.height);
-    // Blocks of 16 feed 32 frequencies.
-    const auto blocks = static_cast<std::size_t>(lattice_.height / 2 / 32 + 1) * 16;
-    const Range items = range(blocks / static_cast<std::size_t>(device.vector_width()));
-    const Kernel draw = kernel(device, "synthesise_spectrum", stored_);
     const LaunchWork work = solve_work(batch, 2.0 * operations_of_normal, 1.0);
-    const auto word = static_cast<std::uint32_t>(level);
-    if (stored_)
-        device.launch(draw, items, grain(), work, factor_re_, factor_im_, mean_, keys, re, im,
-                      lattice_.height, lattice_.width, pitch, batch, parts_, word, std::uint64_t{stride},
-                      std::uint64_t{imaginary}, first_key);
-    else
-        device.launch(draw, items, grain(), work, coefficients_, offsets_, rows_, columns_, offsets_count_,
-                      mean_, keys, re, im, lattice_.height, lattice_.width, pitch, batch, parts_, word,
-                      std::uint64_t{stride}, std::uint64_t{imaginary}, first_key);
+    if (stored_) {
+        draw_stored(device, factor_re_, factor_im_, lattice_.width, work, target, keys, batch, level,
+                    first_key);
+        return;
+    }
+    device.launch(kernel(device, "synthesise_spectrum", false),
+                  range(block_vectors(device, lattice_.height), lattice_.width), grain(), work, coefficients_,
+                  offsets_, rows_, columns_, offsets_count_, mean_, keys, target.re, target.im,
+                  lattice_.height, lattice_.width, spectrum_pitch(lattice_.height), batch, parts_,
+                  static_cast<std::uint32_t>(level), std::uint64_t{target.stride},
+                  std::uint64_t{target.imaginary}, first_key);
+    if (!roots_.empty()) {
+        const double share = 1.0 / lattice_.width;
+        draw_stored(device, column_re_, column_im_, 1,
+                    LaunchWork{.bytes = share * work.bytes, .operations = share * work.operations}, target,
+                    keys, batch, level, first_key);
+    }
+}
+
+void SpectralFactors::draw_stored(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im,
+                                  int columns, const LaunchWork& work, const Target& target,
+                                  const Buffer& keys, int batch, int level, int first_key) const {
+    // Of one column, the width tells where factors lie: kx = 0 has no mirror.
+    device.launch(kernel(device, "synthesise_spectrum", true),
+                  range(block_vectors(device, lattice_.height), columns), grain(), work, factor_re, factor_im,
+                  mean_, keys, target.re, target.im, lattice_.height, columns,
+                  spectrum_pitch(lattice_.height), batch, parts_, static_cast<std::uint32_t>(level),
+                  std::uint64_t{target.stride}, std::uint64_t{target.imaginary}, first_key);
 }
 
 void SpectralFactors::filter(DeviceImpl& device, Spectrum& spectrum, int batch) const {
     const int pitch = spectrum_pitch(lattice_.height);
-    const Range items = range(static_cast<std::size_t>(pitch / device.vector_width()));
+    const Range items = range(static_cast<std::size_t>(pitch / device.vector_width()), lattice_.width);
     const Kernel filter = kernel(device, "filter_spectrum", stored_);
     const LaunchWork work = solve_work(batch, 0.0, 2.0);
     if (stored_)

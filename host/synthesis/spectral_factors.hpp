@@ -42,18 +42,28 @@ class SpectralFactors {
     /// Computes the factors and keeps them, where the budget allows that: worth it from the second draw on.
     void store(DeviceImpl& device);
 
-    /// Stores the factors, whatever the budget, and roots of these densities in place of F at frequency 0
-    /// (mean_density()).
+    /// Takes roots of these densities in place of F at frequency 0 (mean_density()) when it draws.
     /// \param densities of each part; those that are empty change nothing
     void set_means(DeviceImpl& device, const std::vector<std::optional<Eigen::MatrixXd>>& densities);
 
   private:
-    void draw(DeviceImpl& device, const Buffer& re, const Buffer& im, std::size_t stride,
-              std::size_t imaginary, const Buffer& keys, int batch, int level, int first_key) const;
+    /// Where spectra of a batch go: planes `stride` floats apart, imaginary parts so far behind im
+    struct Target {
+        const Buffer &re, &im;
+        std::size_t stride, imaginary;
+    };
+    void draw(DeviceImpl& device, const Target& target, const Buffer& keys, int batch, int level,
+              int first_key) const;
+    /// Of stored factors, the first `columns` values of kx.
+    void draw_stored(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im, int columns,
+                     const LaunchWork& work, const Target& target, const Buffer& keys, int batch, int level,
+                     int first_key) const;
+    /// Puts roots_ at frequency 0 of factors that are stored for so many values of kx.
+    void put_means(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im, int columns) const;
     [[nodiscard]] Kernel kernel(DeviceImpl& device, const char* name, bool stored) const;
     [[nodiscard]] Grain grain() const;
 
-    [[nodiscard]] Range range(std::size_t vectors) const;
+    [[nodiscard]] Range range(std::size_t vectors, int columns) const;
     /// Of one of their two parts.
     [[nodiscard]] std::size_t factor_bytes() const;
     /// Of F z where factors are stored, and so many operations for each z; spectra go by so many times.
@@ -65,10 +75,14 @@ class SpectralFactors {
     Size lattice_;
     double scale_;
     int offsets_count_;
+    std::size_t column_steps_ = 0;  ///< distinct columns of the offsets
     bool storable_ = false, stored_ = false;
     bool indefinite_;
     Buffer coefficients_, offsets_, rows_, columns_, mean_;
     Buffer factor_re_, factor_im_;
+    /// Of each part, what F is at frequency 0; empty: what it is anyway.
+    std::vector<std::vector<float>> roots_;
+    Buffer column_re_, column_im_;  ///< factors of kx = 0 with roots_, where there are any
 };
 
 /// White noise on the lattice: [texture · planes + plane][row][column], textures in the order of the keys.

@@ -266,6 +266,47 @@ TEST_P(SpectralFactorsSmall, FactorsThatAreNotStoredAreTheSame) {
     }
 }
 
+TEST_P(SpectralFactorsSmall, MeansAreDrawnWithoutStoringFactors) {
+    const std::vector<SpectralForm> parts{
+        random_field(2, neighbourhood(2, NeighbourhoodKind::causal), 0.8, 1),
+        random_field(2, neighbourhood(2, NeighbourhoodKind::causal), 0.8, 2)};
+    const std::vector<double> mean{1.0, 2.0, 3.0, 4.0};
+    Eigen::MatrixXd density(2, 2);
+    density << 500.0, 200.0, 200.0, 300.0;
+    constexpr double scale = 0.5;
+    const Eigen::MatrixXd root = scale * symmetric_root(density);
+    const std::vector<std::uint64_t> seeds{7, 8};
+    constexpr int level = 1;
+    for (const Size lattice : {Size{1, 1}, Size{6, 1}, Size{5, 2}, Size{64, 5}}) {
+        SCOPED_TRACE(test::text(lattice));
+        SpectralFactors plain(device_.impl(), parts, lattice, scale, mean, no_memory);
+        const HostSpectrum before = drawn(device_, plain, lattice, 4, seeds, level);
+        for (const double memory : {no_memory, all_memory}) {
+            SpectralFactors factors(device_.impl(), parts, lattice, scale, mean, memory);
+            factors.set_means(device_.impl(), {std::nullopt, density});
+            EXPECT_EQ(factors.stored_bytes(), 0.0);
+            factors.store(device_.impl());
+            EXPECT_EQ(factors.stored_bytes() > 0.0, memory > 0.0);
+            const HostSpectrum found = drawn(device_, factors, lattice, 4, seeds, level);
+            for_each_frequency(lattice, [&](int kx, int ky) {
+                for (int p = 0; p < 8; ++p) {
+                    Complex wanted = before.value(p, kx, ky);
+                    if (kx == 0 && ky == 0 && p % 4 >= 2) {
+                        wanted = mean[static_cast<std::size_t>(p % 4)];
+                        for (int j = 0; j < 2; ++j)
+                            wanted += root(p % 2, j) *
+                                      reference::spectral_noise(seeds[static_cast<std::size_t>(p / 4)], level,
+                                                                2 + j, lattice, 0, 0);
+                    }
+                    // Draws are good to 1e-5, roots to rounding.
+                    EXPECT_LE(std::abs(found.value(p, kx, ky) - wanted), 2e-4 + 1e-5 * std::abs(wanted))
+                        << "plane " << p << ", kx " << kx << ", ky " << ky;
+                }
+            });
+        }
+    }
+}
+
 class SpectralFactorsNative : public testing::Test {
   protected:
     Device device_;
