@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <new>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -83,6 +84,12 @@ class OpenPng {
         }
     }
 
+    /// Whether there is more behind the last row, once that was read.
+    [[nodiscard]] bool goes_on() const {
+        const std::string said = png_.warning();  // "Too much image data", "Extra compressed data"
+        return said.find("Too much") != std::string::npos || said.find("Extra") != std::string::npos;
+    }
+
   private:
     template <std::size_t bytes>
     static void take_row(const std::uint8_t* from, int row, Crop crop,
@@ -128,6 +135,8 @@ Picture read_pixels(OpenPng& file, Crop crop, const std::string& description) {
         channels.emplace_back(picture.alpha);
     }
     file.read(crop, channels);
+    if (file.goes_on())
+        picture.remarks.emplace_back("its pixel data goes on behind its last row, and the rest was ignored");
     return picture;
 }
 

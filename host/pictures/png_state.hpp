@@ -21,8 +21,8 @@ class Png {
     explicit Png(Use use)
         : use_(use),
           png_(use == Use::read
-                   ? png_create_read_struct(PNG_LIBPNG_VER_STRING, &message_, &leave, &drop_warning)
-                   : png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, &leave, &drop_warning)),
+                   ? png_create_read_struct(PNG_LIBPNG_VER_STRING, this, &leave, &keep_warning)
+                   : png_create_write_struct(PNG_LIBPNG_VER_STRING, this, &leave, &keep_warning)),
           info_(png_create_info_struct(png_)) {}
     ~Png() {
         if (use_ == Use::read) {
@@ -45,6 +45,8 @@ class Png {
     [[nodiscard]] std::string message() const {
         return message_.front() == '\0' ? "libpng cannot begin" : message_.data();
     }
+    /// What libpng complained about last without giving up; empty: nothing.
+    [[nodiscard]] std::string warning() const { return warning_.data(); }
     [[nodiscard]] png_structp state() const { return png_; }
     [[nodiscard]] png_infop info() const { return info_; }
 
@@ -52,14 +54,17 @@ class Png {
     using Message = std::array<char, 160>;
 
     [[noreturn]] static void leave(png_structp png, png_const_charp message) {
-        auto& kept = *static_cast<Message*>(png_get_error_ptr(png));
+        auto& kept = static_cast<Png*>(png_get_error_ptr(png))->message_;
         std::snprintf(kept.data(), kept.size(), "%s", message);
         png_longjmp(png, 1);
     }
     /// libpng would print it.
-    static void drop_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+    static void keep_warning(png_structp png, png_const_charp message) {
+        auto& kept = static_cast<Png*>(png_get_error_ptr(png))->warning_;
+        std::snprintf(kept.data(), kept.size(), "%s", message);
+    }
 
-    Message message_{};
+    Message message_{}, warning_{};
     Use use_;
     png_structp png_;
     png_infop info_;

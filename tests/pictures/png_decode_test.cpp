@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -242,6 +243,54 @@ TEST(png_decode, chunks_that_are_not_as_they_must_be) {
         EXPECT_EQ(error.found(),
                   "it is of a kind that is not supported (its chunk ABCD must not be ignored)");
     }
+}
+
+/// The picture with this as its only IDAT.
+std::string with_pixels(const Kind& kind, const std::string& packed) {
+    const std::string bytes = png_of(kind);
+    return bytes.substr(0, bytes.find("IDAT") - 4) + chunk("IDAT", packed) + bytes.substr(bytes.size() - 12);
+}
+
+std::string deflated(const std::string& rows) {
+    uLongf count = compressBound(static_cast<uLong>(rows.size()));
+    std::string packed(count, '\0');
+    EXPECT_EQ(compress(reinterpret_cast<Bytef*>(packed.data()), &count,
+                       reinterpret_cast<const Bytef*>(rows.data()), static_cast<uLong>(rows.size())),
+              Z_OK);
+    packed.resize(count);
+    return packed;
+}
+
+TEST(png_decode, pixels_that_go_on_behind_the_last_row) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "a.png";
+    const std::string more = "its pixel data goes on behind its last row, and the rest was ignored";
+    const Kind kind{PNG_COLOR_TYPE_GRAY, 8, false, false};
+    std::string rows;
+    for (int r = 0; r < size.height; ++r) {
+        rows += '\0';  // no filter
+        for (int c = 0; c < size.width; ++c) rows += static_cast<char>(sample(kind, r, c, 0));
+    }
+    const auto remarks = [&](const std::string& packed, std::optional<Crop> crop = {}) {
+        put(path, with_pixels(kind, packed));
+        const Picture picture = read_picture(path, crop);
+        EXPECT_EQ(picture.image.at(0, 0, 7), static_cast<float>(sample(kind, 0, 7, 0)) / 255.0F);
+        return picture.remarks;
+    };
+    EXPECT_TRUE(remarks(deflated(rows)).empty());
+    EXPECT_EQ(remarks(deflated(rows + "x")), std::vector{more});
+    EXPECT_EQ(remarks(deflated(rows) + "junk"), std::vector{more});
+    EXPECT_EQ(remarks(deflated(rows + std::string(std::size_t{1} << 20, 'x'))), std::vector{more});
+    // More than is unpacked.
+    EXPECT_EQ(remarks(deflated(rows) + std::string(std::size_t{1} << 17, 'x')), std::vector{more});
+    // What is not read is not looked at.
+    EXPECT_TRUE(remarks(deflated(rows + "x"), Crop{0, 0, size.width, size.height - 1}).empty());
+    std::string wrong = deflated(rows);
+    wrong.back() = static_cast<char>(wrong.back() ^ 1);
+    EXPECT_THROW(static_cast<void>(remarks(wrong)), InputError);
+    // Interlaced rows end as others do.
+    put(path, png_of({PNG_COLOR_TYPE_RGB, 8, true, false}));
+    EXPECT_TRUE(read_picture(path).remarks.empty());
 }
 
 }  // namespace
