@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -39,7 +37,7 @@ std::string clock_text(double seconds) {
     return text;
 }
 
-/// A bar on a terminal; else a line now and then.
+/// Jobs that are done, and when the others will be. A run takes hours: its log tells that with --json too.
 class RunProgress {
   public:
     void show(const ExperimentProgress& progress) {
@@ -51,26 +49,16 @@ class RunProgress {
             text = number_text(rate) + " jobs/s, " + clock_text(static_cast<double>(left) / rate) + " left";
             if (left == 0) text = std::string(progress.stage);
         }
-        if (terminal_) {
-            const double share = progress.jobs == 0 ? 0.0
-                                                    : static_cast<double>(progress.skipped + finished) /
-                                                          static_cast<double>(progress.jobs);
-            bar_.show(share, std::to_string(progress.skipped + finished) + "/" +
-                                 std::to_string(progress.jobs) + ", " + text);
-            return;
-        }
-        if (progress.seconds - last_line_ < line_interval) return;
-        last_line_ = progress.seconds;
-        const std::string line = std::to_string(progress.skipped + finished) + " of " +
-                                 detail::counted(progress.jobs, "job") + ": " + text + "\n";
-        std::fputs(line.c_str(), stderr);
+        const double share = progress.jobs == 0 ? 0.0
+                                                : static_cast<double>(progress.skipped + finished) /
+                                                      static_cast<double>(progress.jobs);
+        const std::string ready = std::to_string(progress.skipped + finished);
+        bar_.show(share, ready + "/" + std::to_string(progress.jobs) + ", " + text,
+                  ready + " of " + detail::counted(progress.jobs, "job") + ": " + text);
     }
 
   private:
-    static constexpr double line_interval = 10.0;  // seconds
-    bool terminal_ = ::isatty(STDERR_FILENO) == 1;
-    double last_line_ = 0.0;
-    Progress bar_;
+    Progress bar_{Progress::Lines::always};
 };
 
 Json result_json(const ExperimentResult& result) {

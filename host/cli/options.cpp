@@ -10,6 +10,7 @@
 
 #include "host/base/limits.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/report.hpp"
 
 namespace btfield::cli {
 namespace {
@@ -248,7 +249,12 @@ void take_dash(CLI::Option* option, const std::string& stream) {
 }
 
 CLI::Option* add_json(CLI::App& app, bool& json) {
-    return app.add_flag("--json", json, "print one JSON object instead of plain text")->group(general);
+    const auto set = [&json](std::int64_t) {
+        json = true;
+        be_read_by_programs();
+    };
+    return app.add_flag_function("--json", set, "print one JSON object instead of plain text")
+        ->group(general);
 }
 
 }  // namespace btfield::cli

@@ -14,7 +14,7 @@
 namespace btfield::cli {
 namespace {
 
-bool quiet = false;  // set before any work begins
+bool quiet = false, read_by_programs = false;  // set before any work begins
 std::FILE* report_stream = stdout;
 
 template <typename... Arguments>
@@ -55,6 +55,10 @@ void be_quiet() {
     quiet = true;
 }
 
+void be_read_by_programs() {
+    read_by_programs = true;
+}
+
 void emit_result(std::string_view text) {
     if (!quiet) emit_text(text);
 }
@@ -84,16 +88,31 @@ std::string seconds_text(double seconds) {
     return formatted("%.3f s", seconds);
 }
 
-Progress::Progress() : terminal_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(Lines lines)
+    : terminal_(!quiet && ::isatty(STDERR_FILENO) == 1),
+      lines_(!quiet && !terminal_ && (lines == Lines::always || !read_by_programs)) {}
 
 Progress::~Progress() {
     if (shown_) std::fputs("\r\x1b[K", stderr);
 }
 
-void Progress::show(double fraction, std::string_view what) {
-    if (!terminal_) return;
+void Progress::show(double fraction, std::string_view what, std::string_view line) {
+    if (!terminal_ && !lines_) return;
+    const double share = std::clamp(fraction, 0.0, 1.0);
+    const std::lock_guard lock(showing_);
+    if (lines_) {
+        constexpr double interval = 10.0;  // seconds
+        const double now = watch_.seconds();
+        if (now - last_line_ < interval) return;
+        last_line_ = now;
+        const std::string text = line.empty()
+                                     ? formatted("%.0f %%: ", std::floor(100.0 * share)) + std::string(what)
+                                     : std::string(line);
+        std::fputs((text + "\n").c_str(), stderr);
+        return;
+    }
     constexpr int width = 30;
-    const int full = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * width);
+    const int full = static_cast<int>(share * width);
     const std::string bar(static_cast<std::size_t>(full), '#');
     const int shown = static_cast<int>(std::min<std::size_t>(what.size(), 40));
     std::fprintf(stderr, "\r\x1b[K[%-*s] %.*s", width, bar.c_str(), shown, what.data());

@@ -4,6 +4,7 @@
 /// What goes to standard output and standard error.
 
 #include <chrono>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -36,6 +37,9 @@ void emit_result(std::string_view text);
 /// From here on no texts about files that were written, and no progress.
 void be_quiet();
 
+/// From here on no lines of progress: a program reads the result.
+void be_read_by_programs();
+
 /// "btfield: warning: ..." on standard error.
 void warn(const std::string& text);
 
@@ -60,19 +64,26 @@ class Stopwatch {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// A bar on standard error while work goes on, when that is a terminal; nothing otherwise. Gone at the end.
+/// On standard error while work goes on: a bar where that is a terminal, gone at the end; else a line every
+/// ten seconds, of commands that take so long. From any thread.
 class Progress {
   public:
-    Progress();
+    /// Whether there are lines also where a program reads the result.
+    enum class Lines { for_people, always };
+    explicit Progress(Lines lines = Lines::for_people);
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
     /// \param fraction of the work that is done, 0 to 1
-    void show(double fraction, std::string_view what);
+    /// \param line     without a terminal; empty: the share and `what`
+    void show(double fraction, std::string_view what, std::string_view line = {});
 
   private:
-    bool terminal_;
+    bool terminal_, lines_;
     bool shown_ = false;
+    double last_line_ = 0.0;  ///< seconds
+    Stopwatch watch_;
+    std::mutex showing_;
 };
 
 }  // namespace btfield::cli

@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -31,6 +35,7 @@ using test::expect_model_keys;
 using test::expect_object;
 using test::expect_seconds;
 using test::put_model;
+using test::Running;
 using test::Surroundings;
 using test::TemporaryFolder;
 using test::text_of;
@@ -321,6 +326,43 @@ TEST(CliCommand, ProgressIsForTerminals) {
     EXPECT_EQ(seen.err.substr(seen.err.size() - cleared.size()), cleared);
     here.terminal = false;
     EXPECT_EQ(btfield(words, here).err, "");
+}
+
+/// Lines come every ten seconds: the command is held up for so long.
+TEST(CliCommandLong, ProgressIsALineNowAndThenWithoutATerminal) {
+    const TemporaryFolder folder;
+    const auto begun = [&](const std::string& out, Words more) {
+        Words words{
+            test::command_path(), "synth", "m.json", "-o", out + "/", "--count", "100000", "--size", "64"};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    };
+    put_model(folder / "m.json");
+    const Surroundings here{.folder = folder.path().string()};
+    for (const char* name : {"people", "json", "quiet"}) std::filesystem::create_directory(folder / name);
+    Running people(begun("people", {}), folder / "people", here),
+        object(begun("json", {"--json"}), folder / "json", here),
+        quiet(begun("quiet", {"--quiet"}), folder / "quiet", here);
+    const std::array<std::pair<Running*, const char*>, 3> all{
+        {{&people, "people"}, {&object, "json"}, {&quiet, "quiet"}}};
+    const auto pictures = [&](const char* name) {
+        return std::distance(std::filesystem::directory_iterator(folder / name), {});
+    };
+    for (const auto& [run, name] : all)
+        while (pictures(name) < 4) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (const auto& [run, name] : all) run->kill(SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10100));
+    for (const auto& [run, name] : all) {
+        const auto before = pictures(name);
+        run->kill(SIGCONT);
+        while (pictures(name) < before + 40) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        run->kill(SIGKILL);
+        run->wait();
+    }
+    EXPECT_NE(people.err().find("0 %: "), std::string::npos) << people.err();
+    EXPECT_EQ(std::ranges::count(people.err(), '\n'), 1) << people.err();
+    EXPECT_EQ(object.err(), "");
+    EXPECT_EQ(quiet.err(), "");
 }
 
 }  // namespace
