@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "btfield/error.hpp"
 #include "tests/device_cases.hpp"
@@ -132,6 +133,47 @@ TEST_F(BtfRendered, WhatCannotBeMetIsRefused) {
     refused({}, {1.56, 0.0}, {});
     refused({}, {}, {-0.1, 0.0});
     EXPECT_THROW(BtfRenderer(test::default_device(), model_, Image(tile, 2)), InputError);
+}
+
+TEST(BtfRenderedRim, FlecksAreTheMaterials) {
+    // Rough from pixel to pixel: what samples miss would show at the rim, where a pixel has many texels.
+    const BtfModel model = test::smooth_btf({48, 48}, 1);
+    Image surface({48, 48}, 6);
+    std::mt19937 generator(3);
+    std::normal_distribution<float> normal;
+    for (float& value : surface.values()) value = 0.5F * normal(generator);
+    Device device;
+    const BtfRenderer renderer(device, model, surface);
+    constexpr int side = 192, fine = 4;
+    BtfScene scene;
+    scene.shape = BtfShape::sphere;
+    scene.size = {side, side};
+    scene.scale = 2.0;
+    const BtfDirection view{0.0, 0.0}, light{0.8, 2.3};
+    const Image seen = renderer.picture(scene, view, light);
+    scene.size = {fine * side, fine * side};
+    scene.scale *= fine;
+    const Image closer = renderer.picture(scene, view, light);
+    double errors = 0.0, sum = 0.0, squares = 0.0;
+    int count = 0;
+    for (int r = 0; r < side; ++r)
+        for (int c = 0; c < side; ++c) {
+            const double x = c - 0.5 * (side - 1), y = 0.5 * (side - 1) - r;
+            const double out = std::hypot(x, y) / (0.45 * side);
+            // As far out as pixels have no share of the background, where the light falls.
+            if (out < 0.85 || out > 0.98 || x * std::cos(light.phi) + y * std::sin(light.phi) < 0.0) continue;
+            double mean = 0.0;
+            for (int i = 0; i < fine * fine; ++i)
+                mean += static_cast<double>(closer.at(0, fine * r + i / fine, fine * c + i % fine));
+            mean /= fine * fine;
+            errors += std::pow(static_cast<double>(seen.at(0, r, c)) - mean, 2);
+            sum += mean;
+            squares += mean * mean;
+            ++count;
+        }
+    const double variance = squares / count - std::pow(sum / count, 2);
+    EXPECT_GT(std::sqrt(variance), 0.05 * sum / count);
+    EXPECT_LT(std::sqrt(errors / count), 0.12 * std::sqrt(variance));
 }
 
 TEST(BtfShapes, HaveNames) {
