@@ -333,7 +333,7 @@ TEST(CliCommandLong, ProgressIsALineNowAndThenWithoutATerminal) {
     const TemporaryFolder folder;
     const auto begun = [&](const std::string& out, Words more) {
         Words words{
-            test::command_path(), "synth", "m.json", "-o", out + "/", "--count", "100000", "--size", "64"};
+            test::command_path(), "synth", "m.json", "-o", out + "/", "--count", "20000", "--size", "64"};
         words.insert(words.end(), more.begin(), more.end());
         return words;
     };
