@@ -37,6 +37,18 @@ double half_angle(int s, int k, int n) {
     return std::numbers::pi * static_cast<double>(turns) / n;
 }
 
+/// Of each step, cosines, then sines, of the first `count` frequencies ky.
+std::vector<float> row_waves(const std::vector<int>& steps, int count, int height) {
+    std::vector<float> waves;
+    for (const int s : steps) {
+        for (int k = 0; k < count; ++k)
+            waves.push_back(static_cast<float>(std::cos(half_angle(s, k, height))));
+        for (int k = 0; k < count; ++k)
+            waves.push_back(static_cast<float>(std::sin(half_angle(s, k, height))));
+    }
+    return waves;
+}
+
 /// The root of Σ that the family's kernel takes.
 Eigen::MatrixXd root_for_kernel(const SpectralForm& form) {
     const Eigen::MatrixXd covariance = noise_matrix(form.lambda);
@@ -93,9 +105,12 @@ std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
 /// Of the draw of a normal: 80 operations of Philox make four, 87 of Box-Muller two.
 constexpr double operations_of_normal = 80.0 / 4.0 + 87.0 / 2.0;
 
-/// Vectors of blocks of noise: blocks of 16 feed 32 frequencies.
+/// Draws that lie together: they feed twice as many frequencies.
+constexpr std::size_t block_of_noise = 16;
+
+/// Vectors of draws for all frequencies ky.
 std::size_t block_vectors(const DeviceImpl& device, int height) {
-    const auto blocks = static_cast<std::size_t>(height / 2 / 32 + 1) * 16;
+    const auto blocks = static_cast<std::size_t>(height / 2 / 32 + 1) * block_of_noise;
     return blocks / static_cast<std::size_t>(device.vector_width());
 }
 
@@ -113,20 +128,13 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
     const int pitch = spectrum_pitch(lattice.height);
     const std::vector<Offset> offsets = all_offsets(parts);
     offsets_count_ = static_cast<int>(offsets.size());
-    const std::vector<int> row_steps = distinct(offsets, &Offset::row);
+    row_steps_ = distinct(offsets, &Offset::row);
     const std::vector<int> column_steps = distinct(offsets, &Offset::column);
 
     std::vector<std::array<int, 2>> indices;
     indices.reserve(offsets.size());
     for (const Offset& s : offsets)
-        indices.push_back({index_of(row_steps, s.row), index_of(column_steps, s.column)});
-    std::vector<float> rows;
-    for (const int s : row_steps) {
-        for (int k = 0; k < pitch; ++k)
-            rows.push_back(static_cast<float>(std::cos(half_angle(s, k, lattice.height))));
-        for (int k = 0; k < pitch; ++k)
-            rows.push_back(static_cast<float>(std::sin(half_angle(s, k, lattice.height))));
-    }
+        indices.push_back({index_of(row_steps_, s.row), index_of(column_steps, s.column)});
     std::vector<std::array<float, 2>> columns;
     for (const int s : column_steps)
         for (int k = 0; k < lattice.width; ++k) {
@@ -140,7 +148,7 @@ SpectralFactors::SpectralFactors(DeviceImpl& device, const std::vector<SpectralF
 
     coefficients_ = device.upload(coefficients);
     offsets_ = device.upload(indices);
-    rows_ = device.upload(rows);
+    rows_ = device.upload(row_waves(row_steps_, pitch, lattice.height));
     columns_ = device.upload(columns);
     mean_ = device.upload(means);
 
@@ -158,7 +166,7 @@ void SpectralFactors::store(DeviceImpl& device) {
                   range(static_cast<std::size_t>(pitch) / lanes, lattice_.width), grain(),
                   LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_, rows_,
                   columns_, offsets_count_, re, im, lattice_.width, pitch);
-    put_means(device, re, im, lattice_.width);
+    put_means(device, re, im, spectrum_floats(lattice_, 1));
     factor_re_ = std::move(re);
     factor_im_ = std::move(im);
     stored_ = true;
@@ -174,26 +182,28 @@ void SpectralFactors::set_means(DeviceImpl& device,
         const Matrix values = scale_ * symmetric_root(*density);
         root.assign(values.data(), values.data() + d * d);
     }
-    // A column is little memory also where the torus is long.
-    const int pitch = spectrum_pitch(lattice_.height);
+    // Of one block of noise at frequency 0: little memory however long the torus is.
+    const int rows = rows_at_zero();
     const auto lanes = static_cast<std::size_t>(device.vector_width());
     const std::size_t bytes =
-        sizeof(float) * static_cast<std::size_t>(parts_) * d * d * static_cast<std::size_t>(pitch);
-    column_re_ = device.buffer(bytes);
-    column_im_ = device.buffer(bytes);
+        sizeof(float) * static_cast<std::size_t>(parts_) * d * d * static_cast<std::size_t>(rows);
+    zero_re_ = device.buffer(bytes);
+    zero_im_ = device.buffer(bytes);
     // Of every column step, cos 0 and sin 0.
-    const std::vector<std::array<float, 2>> at_zero(column_steps_, {1.0F, 0.0F});
-    device.launch(kernel(device, "spectral_factors", false),
-                  range(static_cast<std::size_t>(pitch) / lanes, 1), grain(),
-                  LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_, rows_,
-                  device.upload(at_zero), offsets_count_, column_re_, column_im_, 1, pitch);
-    put_means(device, column_re_, column_im_, 1);
+    const std::vector<std::array<float, 2>> columns(column_steps_, {1.0F, 0.0F});
+    device.launch(kernel(device, "spectral_factors", false), range(static_cast<std::size_t>(rows) / lanes, 1),
+                  grain(), LaunchWork{.bytes = 2.0 * static_cast<double>(bytes)}, coefficients_, offsets_,
+                  device.upload(row_waves(row_steps_, rows, lattice_.height)), device.upload(columns),
+                  offsets_count_, zero_re_, zero_im_, 1, rows);
+    put_means(device, zero_re_, zero_im_, static_cast<std::size_t>(rows));
+}
+
+int SpectralFactors::rows_at_zero() const {
+    return std::min(spectrum_pitch(lattice_.height), 2 * static_cast<int>(block_of_noise));
 }
 
 void SpectralFactors::put_means(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im,
-                                int columns) const {
-    const std::size_t frequencies =
-        static_cast<std::size_t>(columns) * static_cast<std::size_t>(spectrum_pitch(lattice_.height));
+                                std::size_t frequencies) const {
     const auto d = static_cast<std::size_t>(planes_), lanes = static_cast<std::size_t>(device.vector_width());
     for (std::size_t part = 0; part < roots_.size(); ++part) {
         for (std::size_t e = 0; e < roots_[part].size(); ++e) {
@@ -253,34 +263,28 @@ void SpectralFactors::draw(DeviceImpl& device, const Buffer& packed, const Buffe
 void SpectralFactors::draw(DeviceImpl& device, const Target& target, const Buffer& keys, int batch, int level,
                            int first_key) const {
     const LaunchWork work = solve_work(batch, 2.0 * operations_of_normal, 1.0);
+    const int pitch = spectrum_pitch(lattice_.height);
+    const auto word = static_cast<std::uint32_t>(level);
+    const std::uint64_t stride = target.stride, imaginary = target.imaginary;
+    const std::size_t vectors = block_vectors(device, lattice_.height);
     if (stored_) {
-        draw_stored(device, factor_re_, factor_im_, lattice_.width, work, target, keys, batch, level,
-                    first_key);
+        device.launch(kernel(device, "synthesise_spectrum", true), range(vectors, lattice_.width), grain(),
+                      work, factor_re_, factor_im_, mean_, keys, target.re, target.im, lattice_.height,
+                      lattice_.width, pitch, batch, parts_, word, stride, imaginary, first_key);
         return;
     }
-    device.launch(kernel(device, "synthesise_spectrum", false),
-                  range(block_vectors(device, lattice_.height), lattice_.width), grain(), work, coefficients_,
-                  offsets_, rows_, columns_, offsets_count_, mean_, keys, target.re, target.im,
-                  lattice_.height, lattice_.width, spectrum_pitch(lattice_.height), batch, parts_,
-                  static_cast<std::uint32_t>(level), std::uint64_t{target.stride},
-                  std::uint64_t{target.imaginary}, first_key);
-    if (!roots_.empty()) {
-        const double share = 1.0 / lattice_.width;
-        draw_stored(device, column_re_, column_im_, 1,
-                    LaunchWork{.bytes = share * work.bytes, .operations = share * work.operations}, target,
-                    keys, batch, level, first_key);
-    }
-}
-
-void SpectralFactors::draw_stored(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im,
-                                  int columns, const LaunchWork& work, const Target& target,
-                                  const Buffer& keys, int batch, int level, int first_key) const {
-    // Of one column, the width tells where factors lie: kx = 0 has no mirror.
-    device.launch(kernel(device, "synthesise_spectrum", true),
-                  range(block_vectors(device, lattice_.height), columns), grain(), work, factor_re, factor_im,
-                  mean_, keys, target.re, target.im, lattice_.height, columns,
-                  spectrum_pitch(lattice_.height), batch, parts_, static_cast<std::uint32_t>(level),
-                  std::uint64_t{target.stride}, std::uint64_t{target.imaginary}, first_key);
+    device.launch(kernel(device, "synthesise_spectrum", false), range(vectors, lattice_.width), grain(), work,
+                  coefficients_, offsets_, rows_, columns_, offsets_count_, mean_, keys, target.re, target.im,
+                  lattice_.height, lattice_.width, pitch, batch, parts_, word, stride, imaginary, first_key);
+    if (roots_.empty()) return;
+    // Sides and pitch tell where these factors lie and where they end; values of kx = 0 have no mirror and
+    // begin the spectrum. An odd side has no row of its own at its end.
+    const int rows = rows_at_zero(), height = std::min(lattice_.height, 2 * rows - 1);
+    const double share = static_cast<double>(rows) / static_cast<double>(spectrum_floats(lattice_, 1));
+    device.launch(kernel(device, "synthesise_spectrum", true), range(block_vectors(device, height), 1),
+                  grain(), LaunchWork{.bytes = share * work.bytes, .operations = share * work.operations},
+                  zero_re_, zero_im_, mean_, keys, target.re, target.im, height, 1, rows, batch, parts_, word,
+                  stride, imaginary, first_key);
 }
 
 void SpectralFactors::filter(DeviceImpl& device, Spectrum& spectrum, int batch) const {

@@ -54,12 +54,11 @@ class SpectralFactors {
     };
     void draw(DeviceImpl& device, const Target& target, const Buffer& keys, int batch, int level,
               int first_key) const;
-    /// Of stored factors, the first `columns` values of kx.
-    void draw_stored(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im, int columns,
-                     const LaunchWork& work, const Target& target, const Buffer& keys, int batch, int level,
-                     int first_key) const;
-    /// Puts roots_ at frequency 0 of factors that are stored for so many values of kx.
-    void put_means(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im, int columns) const;
+    /// Puts roots_ at frequency 0 of factors that are stored for so many frequencies.
+    void put_means(DeviceImpl& device, const Buffer& factor_re, const Buffer& factor_im,
+                   std::size_t frequencies) const;
+    /// Values of ky whose noise is drawn together with that of frequency 0.
+    [[nodiscard]] int rows_at_zero() const;
     [[nodiscard]] Kernel kernel(DeviceImpl& device, const char* name, bool stored) const;
     [[nodiscard]] Grain grain() const;
 
@@ -75,14 +74,15 @@ class SpectralFactors {
     Size lattice_;
     double scale_;
     int offsets_count_;
-    std::size_t column_steps_ = 0;  ///< distinct columns of the offsets
+    std::vector<int> row_steps_;    ///< distinct rows of the offsets
+    std::size_t column_steps_ = 0;  ///< distinct columns
     bool storable_ = false, stored_ = false;
     bool indefinite_;
     Buffer coefficients_, offsets_, rows_, columns_, mean_;
     Buffer factor_re_, factor_im_;
     /// Of each part, what F is at frequency 0; empty: what it is anyway.
     std::vector<std::vector<float>> roots_;
-    Buffer column_re_, column_im_;  ///< factors of kx = 0 with roots_, where there are any
+    Buffer zero_re_, zero_im_;  ///< where there are any: factors of kx = 0, the first rows_at_zero()
 };
 
 /// White noise on the lattice: [texture · planes + plane][row][column], textures in the order of the keys.

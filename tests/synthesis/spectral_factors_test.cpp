@@ -277,7 +277,7 @@ TEST_P(SpectralFactorsSmall, MeansAreDrawnWithoutStoringFactors) {
     const Eigen::MatrixXd root = scale * symmetric_root(density);
     const std::vector<std::uint64_t> seeds{7, 8};
     constexpr int level = 1;
-    for (const Size lattice : {Size{1, 1}, Size{6, 1}, Size{5, 2}, Size{64, 5}}) {
+    for (const Size lattice : {Size{1, 1}, Size{6, 1}, Size{5, 2}, Size{64, 5}, Size{130, 2}}) {
         SCOPED_TRACE(test::text(lattice));
         SpectralFactors plain(device_.impl(), parts, lattice, scale, mean, no_memory);
         const HostSpectrum before = drawn(device_, plain, lattice, 4, seeds, level);
