@@ -115,6 +115,7 @@ TEST(Words, AreTheWordsOfThePublicFunctions) {
     EXPECT_EQ(name(NeighbourhoodKind::unilateral), "unilateral");
     EXPECT_EQ(name(ModelKind::pmrf3d), "3d-pmrf");
     EXPECT_EQ(name(Estimator::random_decrement), "rd");
+    EXPECT_EQ(name(Estimator::spectral_root), "sr");
     EXPECT_EQ(name(NoiseForm::diagonal), "diagonal");
     EXPECT_EQ(name(Metric::l2), "l2");
     EXPECT_EQ(name(EstimatorChoice::automatic), "auto");

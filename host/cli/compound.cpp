@@ -264,10 +264,11 @@ void add_control_options(CLI::App& command, CompoundFitArguments& options) {
         ->group(group);
 }
 
-void add_local_options(CLI::App& command, FitOptions& local) {
+void add_local_options(CLI::App& command, CompoundOptions& compound) {
     const std::string group = "Regional models";
+    FitOptions& local = compound.local;
     add_choice(command, "--local", local.model, "random field of the regions (default: 3d-ma)")->group(group);
-    add_int(command, "--order", local.order, 1, max_order, "order of its neighbourhood (default: 3)")
+    add_int(command, "--order", local.order, 1, max_order, "order of its neighbourhood (default: 5)")
         ->group(group);
     add_int(command, "--levels", local.levels, 1, 30, "pyramid levels (default: 3, fewer of small pictures)")
         ->group(group);
@@ -277,15 +278,33 @@ void add_local_options(CLI::App& command, FitOptions& local) {
                "least squares, exact maximum likelihood, or the first where it is valid (default: auto)")
         ->group(group);
     add_choice(command, "--noise", local.noise, "form of the noise covariance (default: full)")->group(group);
+    add_choice(command, "--gains", local.gains,
+               "give the levels of each region the picture's proportions (default: match)")
+        ->group(group);
     add_choice(command, "--marginals", local.marginals,
                "keep the regions' histograms, or model values as they are (default: match)")
         ->group(group);
-    add_positive(command, "--threshold", local.moving_average.threshold,
-                 "ma: pixels this many standard deviations above the mean are significant (default: 0.5)")
-        ->group(group);
-    add_choice(command, "--significance", local.moving_average.rule,
-               "ma: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)")
-        ->group(group);
+    CLI::Option* averages =
+        add_choice(command, "--averages", compound.averages,
+                   "ma: root of the region's spectrum, or P1's random decrement (default: sr, but rd with "
+                   "one of the two below)")
+            ->group(group);
+    const CLI::Option* threshold =
+        add_positive(command, "--threshold", local.moving_average.threshold,
+                     "rd: pixels this many standard deviations above the mean are significant (default: 0.5)")
+            ->group(group);
+    const CLI::Option* significance =
+        add_choice(command, "--significance", local.moving_average.rule,
+                   "rd: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)")
+            ->group(group);
+    command.final_callback([&compound, averages, threshold, significance] {
+        if (threshold->count() + significance->count() == 0) return;
+        if (averages->count() > 0 && compound.averages == AveragesEstimator::spectral_root)
+            throw CLI::ValidationError("--averages",
+                                       "sr has no significant pixels: leave out --threshold and "
+                                       "--significance, or take rd");
+        compound.averages = AveragesEstimator::random_decrement;
+    });
 }
 
 void add_compound_fit(CLI::App& parent, Action& action) {
@@ -306,7 +325,7 @@ void add_compound_fit(CLI::App& parent, Action& action) {
                "what regional models describe: deviations from the conditional mean, or from regional means, "
                "with pixels swapped along borders or not (default: conditional)");
     add_control_options(*command, *options);
-    add_local_options(*command, options->compound.local);
+    add_local_options(*command, options->compound);
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
     add_flattening(*command, options->flattening);
     add_reading(*command, options->reading);
@@ -320,7 +339,7 @@ void add_compound_fit(CLI::App& parent, Action& action) {
                .more = {{"btfield compound fit bark.png -o b5.btfm --regions 5 --save-labels b5.png"},
                         {"btfield compound fit bark.png -o own.json --labels b5.png"},
                         {"btfield compound fit bark.png -o p1.json --regions 5 --borders swap",
-                         "P1, with --cluster-on rgb --marginals none --significance p1"}}});
+                         "P1's borders; docs/compound.md has all of its form"}}});
     command->callback([options, &action] { action = [options] { run_fit(*options); }; });
 }
 

@@ -28,9 +28,7 @@ const Names of_directions{"view", "light", "frames", "shape", "exposure", "gamma
 /// The first that fits counts.
 const std::vector<NearMiss>& near_misses() {
     static const std::vector<NearMiss> all{
-        {{"compound fit"},
-         {"model", "gains"},
-         "compound is the model here, and --local chooses that of its regions"},
+        {{"compound fit"}, {"model"}, "compound is the model here, and --local chooses that of its regions"},
         {{"compound fit"},
          {"neighbourhood"},
          "regional models have that of their kind, as large as --order says"},

@@ -72,6 +72,10 @@ std::string_view name(Borders borders) {
     return word_of(borders);
 }
 
+std::string_view name(AveragesEstimator estimator) {
+    return word_of(estimator);
+}
+
 std::size_t parameter_count(const CompoundModel& model) {
     size_t count = model.mean.size();
     for (const CompoundRegion& region : model.regions)

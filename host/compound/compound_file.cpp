@@ -103,6 +103,10 @@ CompoundRegion read_region(const json& value, const std::string& where, const Co
     region.pixels = static_cast<std::size_t>(object.get("pixels", natural));
     region.colour = object.get_list("colour", real);
     region.weights = object.get_list("weights", real);
+    // Earlier files have no pairs of neighbours.
+    if (const std::size_t filters = region.weights.size() / std::max<std::size_t>(1, region.colour.size());
+        filters == static_cast<std::size_t>(context_filters - context_pairs))
+        region.weights.resize(static_cast<std::size_t>(context_filters) * region.colour.size(), 0.0);
     region.contrast = object.get("contrast", real);
     region.structure = object.get("structure", real);
     region.residual = model_from(object.member("residual"), where + ".residual", context);

@@ -121,7 +121,7 @@ std::vector<CompoundRegion> regions_of(const Image& image, const ControlField& f
 FitOptions CompoundOptions::local_defaults() {
     FitOptions local;
     local.model = ModelKind::ma3d;
-    local.order = 3;
+    local.order = 5;
     return local;
 }
 
@@ -160,7 +160,7 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
     model.regions = regions_of(image, field, std::move(weights.regions));
     lap("conditional mean");
 
-    RegionalFit regional = fit_regions(device, mean, field, options.local);
+    RegionalFit regional = fit_regions(device, mean, field, options.local, options.averages);
     for (size_t k = 0; k < model.regions.size(); ++k)
         model.regions[k].residual = std::move(regional.residuals[k]);
     lap("regions");

@@ -22,4 +22,11 @@ struct Names<Borders> {
         {{Borders::conditional, "conditional"}, {Borders::swap, "swap"}, {Borders::none, "none"}});
 };
 
+template <>
+struct Names<AveragesEstimator> {
+    static constexpr std::string_view what = "estimator of moving averages";
+    static constexpr auto words = std::to_array<Word<AveragesEstimator>>(
+        {{AveragesEstimator::spectral_root, "sr"}, {AveragesEstimator::random_decrement, "rd"}});
+};
+
 }  // namespace btfield::detail

@@ -19,6 +19,8 @@ constexpr size_t most_observations = 65536;
 /// Relative to the number of observations. Labels and their smoothed forms nearly repeat each other; of 1e-4,
 /// 1e-5, 1e-6 and 1e-7 it makes no difference to what is explained, and weights stay small.
 constexpr double ridge = 1e-6;
+/// The pixel itself and what is smoothed; pairs of neighbours come after.
+constexpr int smoothed_filters = context_filters - context_pairs;
 
 /// Pixels at random places, away from where the picture's opposite edges meet and labels say nothing.
 std::vector<size_t> observed_pixels(Size size) {
@@ -84,16 +86,20 @@ class SmoothedPlane {
     [[nodiscard]] float at(size_t pixel) const { return values_[pixel]; }
     /// Half the difference of the pixels `rows` and `columns` on and back.
     [[nodiscard]] float slope(size_t pixel, int rows, int columns) const {
-        const int r = static_cast<int>(pixel / static_cast<size_t>(size_.width));
-        const int c = static_cast<int>(pixel % static_cast<size_t>(size_.width));
-        const auto value = [&](int sign) {
-            return values_[around(r + sign * rows, size_.height) * static_cast<size_t>(size_.width) +
-                           around(c + sign * columns, size_.width)];
-        };
-        return 0.5F * (value(1) - value(-1));
+        return 0.5F * (beside(pixel, rows, columns) - beside(pixel, -rows, -columns));
+    }
+    /// Half their sum.
+    [[nodiscard]] float opposite(size_t pixel, int rows, int columns) const {
+        return 0.5F * (beside(pixel, rows, columns) + beside(pixel, -rows, -columns));
     }
 
   private:
+    [[nodiscard]] float beside(size_t pixel, int rows, int columns) const {
+        const int r = static_cast<int>(pixel / static_cast<size_t>(size_.width));
+        const int c = static_cast<int>(pixel % static_cast<size_t>(size_.width));
+        return values_[around(r + rows, size_.height) * static_cast<size_t>(size_.width) +
+                       around(c + columns, size_.width)];
+    }
     Size size_;
     std::vector<float> values_, other_;
 };
@@ -155,6 +161,12 @@ class Observations {
         const size_t first = static_cast<size_t>(k) * static_cast<size_t>(context_filters);
         float* to = row(first);
         for (size_t n = 0; n < pixels_.size(); ++n) to[n] = plane.at(pixels_[n]);
+        constexpr std::array<Offset, context_pairs> pairs{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+        for (size_t pair = 0; pair < pairs.size(); ++pair) {
+            float* both = row(first + static_cast<size_t>(smoothed_filters) + pair);
+            for (size_t n = 0; n < pixels_.size(); ++n)
+                both[n] = plane.opposite(pixels_[n], pairs[pair].row, pairs[pair].column);
+        }
         for (int scale = 0; scale < context_scales; ++scale) {
             plane.smooth(scale);
             const int step = 1 << scale;
@@ -262,16 +274,16 @@ DevicePlanes ConditionalMean::of(const Buffer& labels, Size size) const {
         return device_->kernel("conditional_mean", name, parameters);
     };
     int accumulate = 0;
-    const auto add = [&](int step, int filter) {
+    const auto add = [&](int step, int filter, int pairs) {
         device_->launch(kernel("add_context"), {vectors, height, 1}, Grain::fine, values, labels, weights_,
-                        filters_, filter, mean_, step, accumulate, size.height, size.width);
+                        filters_, filter, pairs, mean_, step, accumulate, size.height, size.width);
         accumulate = 1;
     };
     if (filters_ > 1) {
         other = device_->buffer(bytes);
         for (int scale = context_scales - 1; scale >= 0; --scale) {
             const int step = 1 << scale;
-            add(step, 1 + 3 * scale);
+            add(step, 1 + 3 * scale, 0);
             const std::array<double, 3> taps = smoothing_taps(scale);
             const auto t0 = static_cast<float>(taps[0]), t1 = static_cast<float>(taps[1]),
                        t2 = static_cast<float>(taps[2]);
@@ -281,7 +293,7 @@ DevicePlanes ConditionalMean::of(const Buffer& labels, Size size) const {
                             t0, t1, t2, step, size.height, size.width);
         }
     }
-    add(0, 0);
+    add(0, 0, filters_ > 1 ? smoothed_filters : 0);
     return {std::move(values), size, size, planes_};
 }
 

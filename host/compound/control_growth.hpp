@@ -8,7 +8,7 @@
 
 #include "btfield/compound.hpp"
 #include "btfield/device.hpp"
-#include "btfield/roller.hpp"
+#include "host/roller/block_search.hpp"
 
 namespace btfield::detail {
 
@@ -21,6 +21,9 @@ namespace btfield::detail {
 class ControlGrowth {
   public:
     ControlGrowth(Device& device, const CompoundModel& model);
+    // The search points to its features.
+    ControlGrowth(const ControlGrowth&) = delete;
+    ControlGrowth& operator=(const ControlGrowth&) = delete;
 
     /// A quilt, or of a few that of the sample's shares of regions: P1's figure is 3 % (theory 18.2).
     /// \param size     sides of at least 16
@@ -29,7 +32,7 @@ class ControlGrowth {
                                     const std::function<void(double)>& progress = {});
 
   private:
-    /// Sets up the roller at 1 / scale of the resolution.
+    /// Sets up the search at 1 / scale of the resolution.
     void compare(Device& device, const Image& look, int scale);
     /// The roller's own choice, pixels of the sample.
     [[nodiscard]] int block() const;
@@ -37,8 +40,10 @@ class ControlGrowth {
                                       const std::function<void(double)>& progress);
 
     ControlField sample_;  ///< a tile is continued beyond its edges
-    int scale_ = 1;        ///< pixels of the sample to one of what the roller compares
-    std::optional<Roller> roller_;
+    int scale_ = 1;        ///< pixels of the sample to one of `compared_`, along each side
+    Features compared_;    ///< what patches are found by
+    Features cut_;         ///< what they are cut by, the sample's size; none where `compared_` has that
+    std::optional<BlockSearch> search_;  ///< none of a single region
 };
 
 }  // namespace btfield::detail

@@ -138,6 +138,18 @@ DevicePlanes RegionalFields::grow(const Buffer& labels, const Buffer& keys) {
     return sum;
 }
 
+DevicePlanes RegionalFields::grow_alone(size_t level, const Buffer& labels, const Buffer& keys) {
+    DevicePlanes sum = grow_level(level, labels, keys);
+    for (size_t k = level; k-- > 0;) {
+        const Size t = layout_.transforms[k];
+        const size_t bytes = sizeof(float) * static_cast<size_t>(planes_) * area(t);
+        DevicePlanes nothing{device_->buffer(bytes), layout_.sizes[k], t, planes_};
+        device_->fill(nothing.values, [&](std::byte* to) { std::fill_n(to, bytes, std::byte{0}); });
+        sum = stages_.add_expanded(std::move(nothing), sum, 1.0F);
+    }
+    return sum;
+}
+
 DevicePlanes RegionalFields::grow_level(size_t k, const Buffer& labels, const Buffer& keys) {
     const Level& level = levels_[k];
     const Size t = layout_.transforms[k], fine = layout_.sizes.front();

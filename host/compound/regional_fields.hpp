@@ -28,6 +28,8 @@ class RegionalFields {
     /// \param labels of layout().lattice, one byte each
     /// \param keys   two words of one seed
     [[nodiscard]] DevicePlanes grow(const Buffer& labels, const Buffer& keys);
+    /// One of the levels at full size.
+    [[nodiscard]] DevicePlanes grow_alone(std::size_t level, const Buffer& labels, const Buffer& keys);
 
   private:
     /// Region whose level is solved in frequency.

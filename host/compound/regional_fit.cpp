@@ -13,8 +13,9 @@
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
+#include "host/compound/regional_averages.hpp"
 #include "host/compound/regional_covariance.hpp"
-#include "host/compound/regional_fields.hpp"
+#include "host/compound/regional_gains.hpp"
 #include "host/fit/analysed_picture.hpp"
 #include "host/fit/level_fit.hpp"
 #include "host/fit/random_decrement.hpp"
@@ -30,7 +31,6 @@ using std::size_t;
 constexpr int usual_levels = 3;  // P1's
 /// Fewer pixels of a level than this tell nothing of a region: it takes the model of all regions together.
 constexpr size_t fewest_pixels = 100;
-constexpr std::array<std::uint64_t, 2> calibration_seeds{0x5ca1ab1e, 0x0ddba11};
 
 /// Deviations of a region below this part of the residual's own are replaced by noise of that size: what does
 /// not vary has no model.
@@ -114,16 +114,6 @@ ModelledPlanes modelled(const Image& residual, const std::vector<std::vector<siz
     return gaussianised(std::move(eigenplanes), std::move(basis), pixels);
 }
 
-/// Labels of the pixels that a pyramid level's pixels were reduced to: every `step`-th row and column.
-std::vector<std::uint8_t> coarse_labels(const ControlField& field, int step) {
-    std::vector<std::uint8_t> labels;
-    for (int r = 0; r < field.size.height; r += step)
-        for (int c = 0; c < field.size.width; c += step)
-            labels.push_back(field.labels[static_cast<size_t>(r) * static_cast<size_t>(field.size.width) +
-                                          static_cast<size_t>(c)]);
-    return labels;
-}
-
 /// A level of the residual with its labels.
 struct RegionalLevel {
     Image image;
@@ -158,10 +148,11 @@ MaModel white_noise(const LagCovariance& statistic, NoiseForm noise) {
 /// \param inside empty: all pixels
 LevelModel fit_averages(const RegionalLevel& data, const LagCovariance& statistic,
                         std::span<const std::uint8_t> inside, const FitOptions& local,
-                        const Support& support) {
+                        AveragesEstimator estimator, const Support& support) {
     LevelModel level;
     level.size = data.image.size();
-    level.estimator = Estimator::random_decrement;
+    const bool root = estimator == AveragesEstimator::spectral_root;
+    level.estimator = root ? Estimator::spectral_root : Estimator::random_decrement;
     level.log_likelihood = std::numeric_limits<double>::quiet_NaN();
     level.certificate.valid = true;
     level.certificate.min_singular = std::numeric_limits<double>::infinity();
@@ -170,8 +161,9 @@ LevelModel fit_averages(const RegionalLevel& data, const LagCovariance& statisti
         const LagCovariance own = apart ? plane_statistic(statistic, p) : statistic;
         MaModel model;
         try {
-            model = fit_ma(apart ? plane_image(data.image, p) : data.image, own, support, local.noise,
-                           local.moving_average, inside);
+            model = root ? averages_of_covariances(own, support)
+                         : fit_ma(apart ? plane_image(data.image, p) : data.image, own, support, local.noise,
+                                  local.moving_average, inside);
             const size_t diagonal = static_cast<size_t>(model.planes) + 1;
             for (size_t e = 0; e < model.noise_covariance.size(); e += diagonal)
                 if (!(model.noise_covariance[e] > 0.0)) model = white_noise(own, local.noise);
@@ -233,9 +225,11 @@ LevelModel fit_covariances(const RegionalLevel& data, int region, int regions, O
 
 class RegionalEstimator {
   public:
-    RegionalEstimator(const ControlField& field, const FitOptions& local, const Support& support)
+    RegionalEstimator(const ControlField& field, const FitOptions& local, AveragesEstimator averages,
+                      const Support& support)
         : regions_(field.regions),
           local_(&local),
+          averages_(averages),
           support_(&support),
           box_(difference_box(support.offsets)) {}
 
@@ -245,7 +239,8 @@ class RegionalEstimator {
         const bool averages = family(local_->model) == Family::ma;
         std::array<std::vector<LagCovariance>, 2> statistics;
         auto& pairs = statistics[static_cast<size_t>(PairCount::pairs)];
-        pairs = regional_covariances(data.image, data.labels, regions_, averages ? Offset{} : box_,
+        const bool decrement = averages && averages_ == AveragesEstimator::random_decrement;
+        pairs = regional_covariances(data.image, data.labels, regions_, decrement ? Offset{} : box_,
                                      PairCount::pairs);
         std::optional<LevelModel> all;
         std::vector<LevelModel> models(static_cast<size_t>(regions_));
@@ -267,7 +262,7 @@ class RegionalEstimator {
             const int k = own[static_cast<size_t>(n)];
             models[static_cast<size_t>(k)] =
                 averages ? fit_averages(data, pairs[static_cast<size_t>(k)], mask_of(data.labels, k), *local_,
-                                        *support_)
+                                        averages_, *support_)
                          : fit_covariances(data, k, regions_, box_, statistics, *local_, *support_);
         };
         if (averages)
@@ -286,8 +281,8 @@ class RegionalEstimator {
     [[nodiscard]] LevelModel fit_all(const RegionalLevel& data) const {
         const std::vector<std::uint8_t> same(data.labels.size(), 0);
         if (family(local_->model) == Family::ma) {
-            const auto statistic = regional_covariances(data.image, same, 1, {}, PairCount::pairs);
-            return fit_averages(data, statistic.front(), {}, *local_, *support_);
+            const auto statistic = regional_covariances(data.image, same, 1, box_, PairCount::pairs);
+            return fit_averages(data, statistic.front(), {}, *local_, averages_, *support_);
         }
         AnalysedLevel analysed(data.image);
         return fit_level(analysed, *local_, *support_).level;
@@ -295,6 +290,7 @@ class RegionalEstimator {
 
     int regions_;
     const FitOptions* local_;
+    AveragesEstimator averages_;
     const Support* support_;
     Offset box_;
 };
@@ -323,73 +319,10 @@ int levels_of(Size size, const FitOptions& local, const Support& support) {
     return fitting;
 }
 
-/// Symmetric M with M S M = C.
-Eigen::MatrixXd matching(const Eigen::MatrixXd& s, const Eigen::MatrixXd& c) {
-    const Eigen::MatrixXd root = symmetric_root(s), inverse = inverse_symmetric_root(s);
-    const Eigen::MatrixXd middle = root * c * root;
-    const Eigen::MatrixXd inner = symmetric_root(0.5 * (middle + middle.transpose()));
-    const Eigen::MatrixXd m = inverse * inner * inverse;
-    return 0.5 * (m + m.transpose());
-}
-
-/// C(0) of each region of what the levels add up to, without marginals, over some seeds.
-std::vector<Eigen::MatrixXd> grown_covariances(Device& device, const ControlField& field,
-                                               const std::vector<TextureModel>& residuals) {
-    DeviceImpl& impl = device.impl();
-    std::vector<const TextureModel*> regions;
-    regions.reserve(residuals.size());
-    for (const TextureModel& residual : residuals) regions.push_back(&residual);
-    RegionalFields fields(impl, regions, field.size);
-    const Buffer labels = impl.upload(on_lattice(field, fields.layout().lattice).labels);
-    std::vector<Eigen::MatrixXd> sums(residuals.size());
-    for (const std::uint64_t seed : calibration_seeds) {
-        const std::vector<std::array<std::uint32_t, 2>> words{
-            {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
-        const DevicePlanes grown = fields.grow(labels, impl.upload(words));
-        Image lattice(grown.lattice, grown.planes), image(field.size, grown.planes);
-        impl.read(grown.values, lattice.values().data(), lattice.values().size_bytes());
-        const auto width = static_cast<size_t>(field.size.width);
-        for (int p = 0; p < image.planes(); ++p)
-            for (size_t r = 0; r < static_cast<size_t>(field.size.height); ++r)
-                std::ranges::copy(lattice.plane(p).subspan(r * static_cast<size_t>(lattice.width()), width),
-                                  image.plane(p).subspan(r * width, width).begin());
-        const auto covariances =
-            regional_covariances(image, field.labels, field.regions, {}, PairCount::pairs);
-        for (size_t k = 0; k < sums.size(); ++k) {
-            const Eigen::MatrixXd own =
-                lag_zero(covariances[k]) / static_cast<double>(calibration_seeds.size());
-            sums[k] = sums[k].size() == 0 ? own : Eigen::MatrixXd(sums[k] + own);
-        }
-    }
-    return sums;
-}
-
-/// See fit_regions().
-/// \param planes what the regional models were fitted to
-void calibrate(Device& device, const Image& planes, const ControlField& field,
-               std::vector<TextureModel>& residuals) {
-    const std::vector<Eigen::MatrixXd> grown = grown_covariances(device, field, residuals);
-    const auto wanted = regional_covariances(planes, field.labels, field.regions, {}, PairCount::pairs);
-    for (size_t k = 0; k < residuals.size(); ++k) {
-        TextureModel& residual = residuals[k];
-        const Eigen::MatrixXd target = lag_zero(wanted[k]);
-        if (!residual.marginals.empty()) {
-            const Eigen::MatrixXd m = matching(grown[k], target);
-            residual.whitening.clear();
-            for (const double value : m.reshaped())
-                residual.whitening.push_back(static_cast<double>(static_cast<float>(value)));
-            continue;
-        }
-        const double gain = std::sqrt(target.trace() / grown[k].trace());
-        if (std::isfinite(gain))
-            for (LevelModel& level : residual.levels) level.gain *= gain;
-    }
-}
-
 }  // namespace
 
 RegionalFit fit_regions(Device& device, const Image& residual, const ControlField& field,
-                        const FitOptions& local) {
+                        const FitOptions& local, AveragesEstimator averages) {
     const Support support = support_of(local);
     const int levels = levels_of(residual.size(), local, support);
     const std::vector<std::vector<size_t>> pixels = pixels_of(field);
@@ -410,16 +343,18 @@ RegionalFit fit_regions(Device& device, const Image& residual, const ControlFiel
 
     std::vector<Image> pyramid = levels > 1 ? decompose(device, planes.planes, levels, local.factor)
                                             : std::vector<Image>{planes.planes};
-    const RegionalEstimator estimator(field, local, support);
+    const RegionalEstimator estimator(field, local, averages, support);
+    std::vector<std::vector<double>> variances;
     int step = 1;
     for (size_t l = 0; l < pyramid.size(); ++l, step *= local.factor) {
         RegionalLevel data{std::move(pyramid[l]), {}, std::vector<size_t>(pixels.size(), 0)};
         data.labels = coarse_labels(field, step);
         for (const std::uint8_t label : data.labels) ++data.counts[label];
+        variances.push_back(regional_variances(data.image, data.labels, field.regions));
         std::vector<LevelModel> models = estimator.fit(data, l, result.reasons);
         for (size_t k = 0; k < models.size(); ++k) result.residuals[k].levels.push_back(std::move(models[k]));
     }
-    calibrate(device, planes.planes, field, result.residuals);
+    balance_levels(device, planes.planes, field, variances, local.gains, result.residuals);
     return result;
 }
 

@@ -15,13 +15,13 @@ struct RegionalFit {
     std::vector<std::string> reasons;  ///< what was not as usual
 };
 
-/// What the regions' levels add up to on this control field is scaled: to the residual's variances and
-/// correlations where there are marginals, which then keep its histograms, to its variance elsewhere. Levels
-/// are estimated as if they had nothing in common, and near borders what is coarse comes from both sides.
+/// Levels are estimated as if they had nothing in common, and near borders what is coarse comes from both
+/// sides: see balance_levels() for what is done about that.
 /// \param residual the picture less its conditional mean; means of regions are about 0
 /// \param local    as CompoundOptions::local
+/// \param averages how those of families of moving averages are estimated
 /// \throws InputError as fit_compound()
 [[nodiscard]] RegionalFit fit_regions(Device& device, const Image& residual, const ControlField& field,
-                                      const FitOptions& local);
+                                      const FitOptions& local, AveragesEstimator averages);
 
 }  // namespace btfield::detail

@@ -25,7 +25,8 @@ struct Names<Estimator> {
     static constexpr std::string_view what = "estimator";
     static constexpr auto words = std::to_array<Word<Estimator>>({{Estimator::least_squares, "ls"},
                                                                   {Estimator::maximum_likelihood, "ml"},
-                                                                  {Estimator::random_decrement, "rd"}});
+                                                                  {Estimator::random_decrement, "rd"},
+                                                                  {Estimator::spectral_root, "sr"}});
 };
 
 template <>

@@ -137,12 +137,23 @@ class Usage {
     std::int64_t patches_ = 0;
 };
 
+/// Blocks of this many correlation lengths hold structure and leave a choice (theory 17.4).
+constexpr int block_lengths = 4, usual_block = 96;
+
 }  // namespace
 
+int usual_block_of(const Features& features) {
+    const int side = std::min(features.size.height, features.size.width);
+    const int length = std::max(correlation_length(features, false), correlation_length(features, true));
+    return std::max(smallest_block,
+                    std::clamp(block_lengths * length, std::min(usual_block, 3 * side / 16), side / 4));
+}
+
 SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, int block, int overlap,
-                     const RollerOptions& options) {
+                     const RollerOptions& options, QuiltPlan* plan) {
     const Row down(size.height, block, overlap), right(size.width, block, overlap);
     const Size patch{down.side, right.side};
+    if (plan != nullptr) *plan = {size, patch, {}};
     Canvas canvas(features, size);
     std::vector<std::optional<Position>> chosen(static_cast<size_t>(down.count()) *
                                                 static_cast<size_t>(right.count()));
@@ -169,9 +180,34 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
             usage.add(found[n]);
             cost += costs[n];
         }
+        if (plan != nullptr) {
+            std::vector<Placement>& placements = plan->turns.emplace_back();
+            for (size_t n = 0; n < turn.size(); ++n)
+                placements.push_back({origin(down, right, turn[n]), found[n], queries[n].strips});
+        }
         laid += turn.size();
         if (options.progress)
             options.progress(static_cast<double>(laid) / static_cast<double>(chosen.size()));
+    }
+    return std::move(canvas).finished(cost);
+}
+
+SourceMap lay_finer(const Features& features, const QuiltPlan& plan, int scale) {
+    const auto scaled = [&](Position at) { return Position{scale * at.row, scale * at.column}; };
+    const Size patch{scale * plan.patch.height, scale * plan.patch.width};
+    Canvas canvas(features, {scale * plan.size.height, scale * plan.size.width});
+    Cost cost;
+    for (const std::vector<Placement>& turn : plan.turns) {
+        std::vector<Cost> costs(turn.size());
+        for_each_block(static_cast<int>(turn.size()), [&](int i) {
+            const auto n = static_cast<size_t>(i);
+            const Strips& strips = turn[n].strips;
+            costs[n] = canvas.lay(
+                scaled(turn[n].origin), patch,
+                {scale * strips.top, scale * strips.left, scale * strips.bottom, scale * strips.right},
+                scaled(turn[n].from));
+        });
+        for (const Cost& own : costs) cost += own;
     }
     return std::move(canvas).finished(cost);
 }

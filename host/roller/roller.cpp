@@ -18,10 +18,6 @@ using namespace detail;
 
 namespace {
 
-constexpr int smallest_block = 8;
-/// Blocks of this many correlation lengths hold structure and leave a choice (theory 17.4).
-constexpr int block_lengths = 4, usual_block = 96;
-
 void check(std::optional<Size> size, const RollerOptions& options, const std::string& asked) {
     if (size && std::min(size->height, size->width) < smallest_rolled_side)
         throw InputError(asked, "a side is below " + counted(smallest_rolled_side, "pixel"),
@@ -107,11 +103,7 @@ Size Roller::sample_size() const {
 }
 
 int Roller::default_block() const {
-    const Features& features = impl_->features;
-    const int side = shorter(features.size);
-    const int length = std::max(correlation_length(features, false), correlation_length(features, true));
-    return std::max(smallest_block,
-                    std::clamp(block_lengths * length, std::min(usual_block, 3 * side / 16), side / 4));
+    return usual_block_of(impl_->features);
 }
 
 }  // namespace btfield

@@ -31,6 +31,14 @@ MatrixXd inverse_symmetric_root(const MatrixXd& matrix) {
            vectors.transpose();
 }
 
+MatrixXd matching_matrix(const MatrixXd& s, const MatrixXd& c) {
+    const MatrixXd root = symmetric_root(s), inverse = inverse_symmetric_root(s);
+    const MatrixXd middle = congruent(root, c);
+    const MatrixXd inner = symmetric_root(0.5 * (middle + middle.transpose()));
+    const MatrixXd m = congruent(inverse, inner);
+    return 0.5 * (m + m.transpose());
+}
+
 LinearField change_basis(const LinearField& field, const MatrixXd& basis, const MatrixXd& inverse) {
     LinearField turned = field;
     turned.active.clear();

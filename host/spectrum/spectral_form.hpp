@@ -48,6 +48,9 @@ struct SpectralForm {
 /// Its inverse. Eigenvalues are taken as at least 10⁻¹² of the largest.
 [[nodiscard]] Eigen::MatrixXd inverse_symmetric_root(const Eigen::MatrixXd& matrix);
 
+/// The symmetric M with M S M = C, S and C symmetric and positive semidefinite.
+[[nodiscard]] Eigen::MatrixXd matching_matrix(const Eigen::MatrixXd& s, const Eigen::MatrixXd& c);
+
 /// The same field seen in another basis of planes, y' = T y: A' = T A T⁻¹, Σ' = T Σ Tᵀ.
 [[nodiscard]] LinearField change_basis(const LinearField& field, const Eigen::MatrixXd& basis,
                                        const Eigen::MatrixXd& inverse);

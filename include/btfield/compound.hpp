@@ -38,8 +38,10 @@ enum class Borders {
 
 /// Scales σ = 1, 2, 4, 8 pixels at which the conditional mean sees labels, each with two derivatives.
 inline constexpr int context_scales = 4;
-/// Numbers that a region has per plane: its own pixels, and three at each scale.
-inline constexpr int context_filters = 1 + 3 * context_scales;
+/// Pairs of a pixel's eight neighbours that are opposite each other.
+inline constexpr int context_pairs = 4;
+/// Numbers that a region has per plane: its own pixels, three at each scale, and those pairs.
+inline constexpr int context_filters = 1 + 3 * context_scales + context_pairs;
 
 struct CompoundRegion {
     double share = 0.0;          ///< of the analysed pixels
@@ -90,6 +92,14 @@ struct CompoundModel {
 ///     that are not finite, a contrast below 0
 BTFIELD_API void check(const CompoundModel& model);
 
+/// How moving averages of regions are estimated (theory 18.4).
+enum class AveragesEstimator {
+    spectral_root,     ///< the symmetric root of the spectrum that covariances inside the region have
+    random_decrement,  ///< over the region's significant pixels (P1 2.3)
+};
+/// "sr", "rd".
+[[nodiscard]] BTFIELD_API std::string_view name(AveragesEstimator estimator);
+
 struct CompoundOptions {
     ClusterOptions clusters;
     /// The control field of the picture, instead of clusters.
@@ -98,13 +108,15 @@ struct CompoundOptions {
     std::optional<Size> tile;
     Borders borders = Borders::conditional;
     /// Of the regional models: model, order, neighbourhood, levels (0: three, or fewer where the picture is
-    /// small), factor, estimator, noise, marginals, prior and moving_average count; the rest is not read.
+    /// small), factor, estimator, noise (not of spectral roots), gains, marginals, prior and moving_average
+    /// count; the rest is not read.
     FitOptions local = local_defaults();
+    AveragesEstimator averages = AveragesEstimator::spectral_root;
     /// Called with stage names ("control field", "conditional mean", "regions") and the seconds each
     /// took, in the caller's thread; what it throws ends the fit.
     std::function<void(std::string_view stage, double seconds)> progress;
 
-    /// P1's: 3d-ma of order 3.
+    /// 3d-ma of order 5.
     [[nodiscard]] BTFIELD_API static FitOptions local_defaults();
 };
 

@@ -82,8 +82,9 @@ enum class Estimator {
     least_squares,
     maximum_likelihood,
     random_decrement,  ///< of moving averages (P4 2.3, 2.4)
+    spectral_root,     ///< of moving averages of regions (theory 18.4)
 };
-/// "ls", "ml", "rd".
+/// "ls", "ml", "rd", "sr".
 [[nodiscard]] BTFIELD_API std::string_view name(Estimator estimator);
 [[nodiscard]] BTFIELD_API Estimator estimator(std::string_view name);
 

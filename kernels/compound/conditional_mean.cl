@@ -3,7 +3,8 @@
 //
 //     M = μ + U_0 + h_0 (U_1 + h_1 (U_2 + h_2 (U_3 + h_3 U_4))),
 //
-// U_0 the numbers of the pixel itself, U_s those of scale s with their derivatives, h_s what smooths scale s to the next.
+// U_0 the numbers of the pixel itself and its eight neighbours, U_s those of scale s with their derivatives, h_s what
+// smooths scale s to the next.
 
 #include "base/lanes.clh"
 
@@ -69,31 +70,43 @@ __kernel void smooth_across(__global const float* in, __global float* out, float
 //   labels: [row][column]; weights: [region][filter][plane] by fours, `filter` the first of the scale: value, and where
 //   step > 0 the derivatives down and across
 //   step: how far derivatives look; 0: of the pixel itself, to which the mean is added
+//   pairs: where step is 0, the first filter of those that take half the sum of two neighbours opposite each other: above
+//   and below, left and right, on the falling diagonal and on the rising one; 0: none
 //   accumulate: 0 at the coarsest scale, where nothing is there yet
 // Work-item (vector of columns, row).
 __kernel void add_context(__global float* planes, __global const uchar* labels, __global const float4* weights,
-                          int filters, int filter, __global const float* mean, int step, int accumulate, int height,
-                          int width) {
+                          int filters, int filter, int pairs, __global const float* mean, int step, int accumulate,
+                          int height, int width) {
     const int column = (int)get_global_id(0) * VW;
     const int row = (int)get_global_id(1);
     if (column >= width) return;
     const int count = min(VW, width - column);
     const size_t plane_size = (size_t)height * width;
     __global const uchar* line = labels + (size_t)row * width;
-    __global const uchar* above = labels + (size_t)around(row - step, height) * width;
-    __global const uchar* below = labels + (size_t)around(row + step, height) * width;
+    const int reach = step > 0 ? step : 1;
+    __global const uchar* above = labels + (size_t)around(row - reach, height) * width;
+    __global const uchar* below = labels + (size_t)around(row + reach, height) * width;
     float sums[4 * QUADS * VW];
     const int stride = filters * QUADS;
     __global const float4* w = weights + filter * QUADS;
     for (int l = 0; l < VW; ++l) {
         const int x = min(column + l, width - 1);
         __global const float4* value = w + line[x] * stride;
+        const int before = x >= reach ? x - reach : around(x - reach, width);
+        const int after = x + reach < width ? x + reach : around(x + reach, width);
         __global const float4 *down = w + below[x] * stride + QUADS, *up = w + above[x] * stride + QUADS;
-        __global const float4* right = w + line[x + step < width ? x + step : around(x + step, width)] * stride + 2 * QUADS;
-        __global const float4* left = w + line[x >= step ? x - step : around(x - step, width)] * stride + 2 * QUADS;
+        __global const float4 *right = w + line[after] * stride + 2 * QUADS, *left = w + line[before] * stride + 2 * QUADS;
+        __global const float4* ring = weights + pairs * QUADS;
         for (int q = 0; q < QUADS; ++q) {
             float4 sum = value[q];
             if (step > 0) sum += 0.5f * ((down[q] - up[q]) + (right[q] - left[q]));
+            if (pairs > 0) {
+                const float4 column_pair = ring[above[x] * stride + q] + ring[below[x] * stride + q];
+                const float4 row_pair = ring[line[before] * stride + QUADS + q] + ring[line[after] * stride + QUADS + q];
+                const float4 falling = ring[above[before] * stride + 2 * QUADS + q] + ring[below[after] * stride + 2 * QUADS + q];
+                const float4 rising = ring[above[after] * stride + 3 * QUADS + q] + ring[below[before] * stride + 3 * QUADS + q];
+                sum += 0.5f * ((column_pair + row_pair) + (falling + rising));
+            }
             sums[(4 * q) * VW + l] = sum.x;
             sums[(4 * q + 1) * VW + l] = sum.y;
             sums[(4 * q + 2) * VW + l] = sum.z;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <variant>
 
@@ -13,6 +14,7 @@
 #include "btfield/image_io.hpp"
 #include "btfield/model_file.hpp"
 #include "btfield/synthesis.hpp"
+#include "host/compound/regional_averages.hpp"
 #include "host/fit/random_decrement.hpp"
 #include "tests/device_cases.hpp"
 #include "tests/places.hpp"
@@ -119,9 +121,15 @@ double deviation(const Image& image, int plane) {
     return compare(image, image).planes[static_cast<std::size_t>(plane)].std[0];
 }
 
+class CompoundRecovery : public testing::TestWithParam<AveragesEstimator> {};
+INSTANTIATE_TEST_SUITE_P(Averages, CompoundRecovery,
+                         testing::Values(AveragesEstimator::spectral_root,
+                                         AveragesEstimator::random_decrement),
+                         [](const auto& each) { return std::string(name(each.param)); });
+
 // A made compound: labels are found, and regional kernels are those that whole pictures of the regional
 // models give, within four standard errors.
-TEST(Compound, RecoversLabelsAndKernels) {
+TEST_P(CompoundRecovery, LabelsAndKernels) {
     const Size size{256, 256};
     const ControlField field = blobs(size, 3, 1);
     const CompoundModel made = made_compound(field);
@@ -129,6 +137,8 @@ TEST(Compound, RecoversLabelsAndKernels) {
     CompoundOptions options = plain_options();
     options.clusters.regions = 3;
     options.clusters.space = ClusterSpace::rgb;
+    options.local.order = 3;
+    options.averages = GetParam();
     const CompoundModel fitted =
         fit_compound(test::default_device(), synthesiser.synthesise(5, field), options);
     std::size_t same = 0;
@@ -145,7 +155,11 @@ TEST(Compound, RecoversLabelsAndKernels) {
         std::vector<double> sums(support.coefficients.size(), 0.0), squares(sums);
         for (std::uint64_t seed = 0; seed < replicates; ++seed) {
             const Image image = whole.synthesise(100 + seed);
-            const MaModel one = fit_ma(image, lag_covariance(image, {}), support, NoiseForm::full);
+            const MaModel one =
+                GetParam() == AveragesEstimator::spectral_root
+                    ? averages_of_covariances(lag_covariance(image, difference_box(support.offsets)),
+                                              {support.kind, support.offsets})
+                    : fit_ma(image, lag_covariance(image, {}), support, NoiseForm::full);
             for (std::size_t n = 0; n < sums.size(); ++n) {
                 sums[n] += one.coefficients[n] / replicates;
                 squares[n] += one.coefficients[n] * one.coefficients[n] / replicates;
@@ -275,12 +289,19 @@ TEST(Compound, PlainFormOfThePaper) {
     options.clusters.regions = 5;
     options.clusters.space = ClusterSpace::rgb;
     options.borders = Borders::swap;
+    options.averages = AveragesEstimator::random_decrement;
+    options.local.order = 3;
+    options.local.gains = GainMode::none;
     options.local.marginals = MarginalMode::none;
     options.local.moving_average.rule = SignificanceRule::p1;
     const CompoundModel model = fit_compound(test::default_device(), image, options);
     EXPECT_EQ(model.regions.front().residual.levels.size(), 3U);
     EXPECT_EQ(linear_field(model.regions.front().residual.levels.front().models.front()).offsets.size(), 13U);
     EXPECT_EQ(model.regions.front().weights.size(), 3U);
+    for (const LevelModel& level : model.regions.front().residual.levels) {
+        EXPECT_EQ(level.estimator, Estimator::random_decrement);
+        EXPECT_EQ(level.gain, model.regions.front().residual.levels.front().gain);
+    }
     // Smoothing along borders takes variance, and there is hardly a pixel of bark without one.
     CompoundModel plain = model;
     plain.borders = Borders::none;
@@ -413,6 +434,27 @@ TEST_F(CompoundFile, ComesBackBitForBit) {
         EXPECT_EQ(test::bytes_of(folder_ / name), test::bytes_of(folder_ / (std::string("b") + name)));
     }
     EXPECT_LT(test::bytes_of(folder_ / "a.btfm").size(), test::bytes_of(folder_ / "a.json").size() / 2);
+}
+
+TEST_F(CompoundFile, FilesWithoutPairsOfNeighboursAreRead) {
+    const CompoundModel model = real();
+    write_compound(folder_ / "new.json", model);
+    nlohmann::ordered_json value = nlohmann::ordered_json::parse(test::bytes_of(folder_ / "new.json"));
+    const auto d = static_cast<std::size_t>(model.planes);
+    const std::size_t earlier = static_cast<std::size_t>(context_filters - context_pairs) * d;
+    for (auto& region : value["regions"]) {
+        auto& weights = region["weights"];
+        ASSERT_EQ(weights.size(), static_cast<std::size_t>(context_filters) * d);
+        weights.erase(weights.begin() + static_cast<std::ptrdiff_t>(earlier), weights.end());
+    }
+    test::put_bytes(folder_ / "old.json", value.dump());
+    const CompoundModel old = read_compound(folder_ / "old.json");
+    for (std::size_t k = 0; k < old.regions.size(); ++k)
+        for (std::size_t n = 0; n < old.regions[k].weights.size(); ++n)
+            EXPECT_EQ(old.regions[k].weights[n], n < earlier ? model.regions[k].weights[n] : 0.0);
+    value["regions"][1]["weights"].erase(value["regions"][1]["weights"].begin());
+    test::put_bytes(folder_ / "bad.json", value.dump());
+    EXPECT_THROW((void)read_compound(folder_ / "bad.json"), InputError);
 }
 
 TEST_F(CompoundFile, DamageIsRefused) {

@@ -336,6 +336,42 @@ TEST(RegionalFields, APixelIsThatOfItsRegionsTexture) {
     }
 }
 
+TEST(RegionalFields, LevelsAloneAddUpToAll) {
+    Device& device = test::default_device();
+    const Models models{texture(ModelKind::ma3d, 2, 3, ball(2), 1),
+                        texture(ModelKind::car3d, 2, 2, ball(1), 2)};
+    for (const Size size : {Size{24, 32}, Size{17, 23}}) {
+        std::vector<const TextureModel*> regions;
+        for (const TextureModel& model : models) regions.push_back(&model);
+        RegionalFields fields(device.impl(), regions, size);
+        const Size lattice = fields.layout().lattice;
+        const Buffer labels = device.impl().upload(test::patchy_labels(lattice, 2).labels);
+        const Buffer keys = device.impl().upload(std::vector<std::array<std::uint32_t, 2>>{{5U, 0U}});
+        const auto values = [&](const DevicePlanes& planes) {
+            EXPECT_EQ(planes.lattice, lattice);
+            Image image(planes.lattice, planes.planes);
+            device.impl().read(planes.values, image.values().data(), image.values().size_bytes());
+            return image;
+        };
+        const Image all = values(fields.grow(labels, keys));
+        std::vector<double> sums(all.values().size(), 0.0);
+        for (size_t level = 0; level < 3; ++level) {
+            const Image alone = values(fields.grow_alone(level, labels, keys));
+            double most = 0.0;
+            for (size_t i = 0; i < sums.size(); ++i) {
+                sums[i] += static_cast<double>(alone.values()[i]);
+                most = std::max(most, std::abs(static_cast<double>(alone.values()[i])));
+            }
+            EXPECT_GT(most, 0.0);
+        }
+        // Of each of two additions and of expanding, twice, some roundings of numbers up to the largest.
+        for (size_t i = 0; i < sums.size(); ++i)
+            ASSERT_NEAR(sums[i], static_cast<double>(all.values()[i]),
+                        40.0 * test::unit_roundoff * largest(all))
+                << i;
+    }
+}
+
 TEST(RegionalFields, SeedsMakeOtherFields) {
     Device& device = test::default_device();
     RegionalFields fields(device.impl(), pointers({texture(ModelKind::ma3d, 1, 1, ball(1), 1)}), {16, 16});

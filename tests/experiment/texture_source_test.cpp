@@ -112,7 +112,7 @@ TEST(TextureSource, RowsOfCompoundAndRollAreWhatTheStationsSay) {
     EXPECT_EQ(row.number(3), zeros);
     EXPECT_EQ(row.real(4), lowest);
     EXPECT_EQ(row.real(5), highest);
-    EXPECT_EQ(row.text(6), "rd");
+    EXPECT_EQ(row.text(6), "sr");
     EXPECT_EQ(row.number(7), 1);
     EXPECT_EQ(row.number(8), static_cast<std::int64_t>(parameter_count(model)));
     ASSERT_TRUE(row.step());

@@ -37,7 +37,15 @@ inline std::vector<Plane> filtered_indicator(const ControlField& field, int regi
     Plane indicator(field.size);
     for (std::size_t i = 0; i < field.labels.size(); ++i)
         indicator.values[i] = field.labels[i] == region ? 1.0 : 0.0;
-    std::vector<Plane> filters{indicator};
+    std::vector<Plane> filters{indicator}, pairs;
+    for (const Offset pair : {Offset{1, 0}, Offset{0, 1}, Offset{1, 1}, Offset{1, -1}}) {
+        Plane& both = pairs.emplace_back(field.size);
+        for (int r = 0; r < field.size.height; ++r)
+            for (int c = 0; c < field.size.width; ++c)
+                both.at(r, c) = (around(indicator, r + pair.row, c + pair.column) +
+                                 around(indicator, r - pair.row, c - pair.column)) /
+                                2.0;
+    }
     for (int s = 0; s < 4; ++s) {
         indicator = smoothed(indicator, s);
         Plane down(field.size), across(field.size);
@@ -51,6 +59,7 @@ inline std::vector<Plane> filtered_indicator(const ControlField& field, int regi
         filters.push_back(down);
         filters.push_back(across);
     }
+    filters.insert(filters.end(), pairs.begin(), pairs.end());
     return filters;
 }
 
