@@ -26,20 +26,20 @@ typedef struct {
     REALN re, im;
 } complexn;
 
-inline complexn add(complexn a, complexn b) {
+INLINED complexn add(complexn a, complexn b) {
     a.re += b.re;
     a.im += b.im;
     return a;
 }
 
-inline complexn sub(complexn a, complexn b) {
+INLINED complexn sub(complexn a, complexn b) {
     a.re -= b.re;
     a.im -= b.im;
     return a;
 }
 
 // a·√−1·SIGN
-inline complexn turn(complexn a) {
+INLINED complexn turn(complexn a) {
     complexn r;
     r.re = -SIGN * a.im;
     r.im = SIGN * a.re;
@@ -47,7 +47,7 @@ inline complexn turn(complexn a) {
 }
 
 // a·(w.x + √−1·SIGN·w.y): tables hold cosines and sines of positive angles.
-inline complexn twiddle(complexn a, float2 w) {
+INLINED complexn twiddle(complexn a, float2 w) {
     const float wy = SIGN * w.y;
     complexn r;
     r.re = fma(a.re, (REALN)(w.x), -a.im * wy);
@@ -55,19 +55,19 @@ inline complexn twiddle(complexn a, float2 w) {
     return r;
 }
 
-inline complexn at(const REALN* re, const REALN* im, int i) {
+INLINED complexn at(const REALN* re, const REALN* im, int i) {
     complexn r;
     r.re = re[i];
     r.im = im[i];
     return r;
 }
 
-inline void put(REALN* re, REALN* im, int i, complexn v) {
+INLINED void put(REALN* re, REALN* im, int i, complexn v) {
     re[i] = v.re;
     im[i] = v.im;
 }
 
-inline void dft4(complexn a, complexn b, complexn c, complexn d, complexn* y) {
+INLINED void dft4(complexn a, complexn b, complexn c, complexn d, complexn* y) {
     const complexn s = add(a, c), t = sub(a, c), u = add(b, d), v = turn(sub(b, d));
     y[0] = add(s, u);
     y[1] = add(t, v);
@@ -107,35 +107,71 @@ inline void stage4(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, RE
     }
 }
 
+// Transforms 8 values that lie `step` apart.
+INLINED void dft8(const REALN* xr, const REALN* xi, int step, complexn* y) {
+    complexn even[4], odd[4];
+    dft4(at(xr, xi, 0), at(xr, xi, 2 * step), at(xr, xi, 4 * step), at(xr, xi, 6 * step), even);
+    dft4(at(xr, xi, step), at(xr, xi, 3 * step), at(xr, xi, 5 * step), at(xr, xi, 7 * step), odd);
+    // odd[k]·exp(√−1·SIGN·πk/4)
+    complexn t1 = turn(odd[1]), t3 = turn(odd[3]);
+    t1.re = (odd[1].re + t1.re) * SQRT_HALF;
+    t1.im = (odd[1].im + t1.im) * SQRT_HALF;
+    t3.re = (t3.re - odd[3].re) * SQRT_HALF;
+    t3.im = (t3.im - odd[3].im) * SQRT_HALF;
+    const complexn t2 = turn(odd[2]);
+    y[0] = add(even[0], odd[0]);
+    y[1] = add(even[1], t1);
+    y[2] = add(even[2], t2);
+    y[3] = add(even[3], t3);
+    y[4] = sub(even[0], odd[0]);
+    y[5] = sub(even[1], t1);
+    y[6] = sub(even[2], t2);
+    y[7] = sub(even[3], t3);
+}
+
+// Values `step` apart from 8 of a transform, each times its power of the root at tw[at], w^k at tw[k·at].
+INLINED void put8(const complexn* y, int at, __global const float2* tw, REALN* yr, REALN* yi, int step) {
+    put(yr, yi, 0, y[0]);
+    if (at == 0) {
+        UNROLL
+        for (int k = 1; k < 8; ++k) put(yr, yi, k * step, y[k]);
+    } else {
+        UNROLL
+        for (int k = 1; k < 8; ++k) put(yr, yi, k * step, twiddle(y[k], tw[k * at]));
+    }
+}
+
 inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
                    __global const float2* tw) {
     const int m = n / 8;
-    for (int p = 0; p < m; ++p) {
-        float2 w[8];
-        for (int k = 1; k < 8; ++k) w[k] = tw[k * p * s];
+    for (int p = 0; p < m; ++p)
         for (int q = 0; q < s; ++q) {
-            const int a = q + s * p, h = s * m;
-            complexn even[4], odd[4];
-            dft4(at(xr, xi, a), at(xr, xi, a + 2 * h), at(xr, xi, a + 4 * h), at(xr, xi, a + 6 * h), even);
-            dft4(at(xr, xi, a + h), at(xr, xi, a + 3 * h), at(xr, xi, a + 5 * h), at(xr, xi, a + 7 * h), odd);
-            // odd[k]·exp(√−1·SIGN·πk/4)
-            complexn t1 = turn(odd[1]), t3 = turn(odd[3]);
-            t1.re = (odd[1].re + t1.re) * SQRT_HALF;
-            t1.im = (odd[1].im + t1.im) * SQRT_HALF;
-            t3.re = (t3.re - odd[3].re) * SQRT_HALF;
-            t3.im = (t3.im - odd[3].im) * SQRT_HALF;
-            const complexn t2 = turn(odd[2]);
-            const int o = q + s * 8 * p;
-            put(yr, yi, o, add(even[0], odd[0]));
-            put(yr, yi, o + s, twiddle(add(even[1], t1), w[1]));
-            put(yr, yi, o + 2 * s, twiddle(add(even[2], t2), w[2]));
-            put(yr, yi, o + 3 * s, twiddle(add(even[3], t3), w[3]));
-            put(yr, yi, o + 4 * s, twiddle(sub(even[0], odd[0]), w[4]));
-            put(yr, yi, o + 5 * s, twiddle(sub(even[1], t1), w[5]));
-            put(yr, yi, o + 6 * s, twiddle(sub(even[2], t2), w[6]));
-            put(yr, yi, o + 7 * s, twiddle(sub(even[3], t3), w[7]));
+            complexn y[8];
+            dft8(xr + q + s * p, xi + q + s * p, s * m, y);
+            put8(y, p * s, tw, yr + q + s * 8 * p, yi + q + s * 8 * p, s);
         }
-    }
+}
+
+// Two stages of 8 at once: what lies between them stays in the first-level cache.
+inline void stage64(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                    __global const float2* tw) {
+    const int m = n / 64;
+    for (int p = 0; p < m; ++p)
+        for (int q = 0; q < s; ++q) {
+            REALN tr[64], ti[64];
+            for (int j = 0; j < 8; ++j) {
+                const int a = p + m * j;
+                complexn y[8];
+                dft8(xr + q + s * a, xi + q + s * a, 8 * s * m, y);
+                put8(y, a * s, tw, tr + j, ti + j, 8);
+            }
+            for (int k = 0; k < 8; ++k) {
+                const int o = q + s * (k + 64 * p);
+                complexn y[8];
+                dft8(tr + 8 * k, ti + 8 * k, 1, y);
+                put8(y, 8 * p * s, tw, yr + o, yi + o, 8 * s);
+            }
+        }
 }
 
 // Odd radix by sums and differences of conjugate pairs.
@@ -202,7 +238,10 @@ inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, RE
         REALN* yr = swapped ? ar : br;
         REALN* yi = swapped ? ai : bi;
         int radix;
-        if (n % 8 == 0) {
+        if (n % 64 == 0) {
+            radix = 64;
+            stage64(n, s, xr, xi, yr, yi, tw);
+        } else if (n % 8 == 0) {
             radix = 8;
             stage8(n, s, xr, xi, yr, yi, tw);
         } else if (n % 4 == 0) {
