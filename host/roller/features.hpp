@@ -30,7 +30,16 @@ struct Features {
                                    static_cast<std::size_t>(planes);
     }
     /// Squared distance of two pixels.
-    [[nodiscard]] std::int64_t distance(std::size_t a, std::size_t b) const;
+    [[nodiscard]] std::int64_t distance(std::size_t a, std::size_t b) const {
+        const auto d = static_cast<std::size_t>(planes);
+        const std::int16_t *first = values.data() + a * d, *second = values.data() + b * d;
+        std::int64_t sum = 0;
+        for (std::size_t p = 0; p < d; ++p) {
+            const int difference = first[p] - second[p];
+            sum += std::int64_t{difference} * difference;
+        }
+        return sum;
+    }
 };
 
 /// All planes of the pictures; variances of pictures and of unlike kinds of planes count alike, and those of
