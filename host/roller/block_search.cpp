@@ -249,7 +249,8 @@ std::vector<Position> BlockSearch::find(std::span<const BlockQuery> queries, Siz
         Buffer scores = device_->buffer(sizeof(float) * n * area(lattice_));
         device_->ffts()
             .plan(*device_, lattice_, device_->options().fft)
-            .correlate(*device_, patches, patch, static_cast<int>(n), planes_.kept(), spectrum_, scores);
+            .correlate(*device_, patches, patch, static_cast<int>(n), planes_.kept(), spectrum_,
+                       {request.rows, request.columns}, scores);
         std::vector<Choice> choices(n);
         device_->look(scores, 0, sizeof(float) * n * area(lattice_), [&](const std::byte* there) {
             for_each_block(static_cast<int>(n), [&](int i) {

@@ -2,7 +2,7 @@
 //
 // Pass 1 runs along x or kx with lanes over ky, pass 2 along rows or ky with lanes over x. Two real columns share one
 // complex transform, so odd heights need nothing special. Layouts: see host/cl/fft.hpp; between the passes
-// [plane][ky][x] with rows of `pitch_x` floats.
+// [plane][x / BLOCK][ky][x % BLOCK], where both find what they need close together.
 
 #include "base/lanes.clh"
 
@@ -19,8 +19,11 @@
 
 #define UNROLL _Pragma("unroll")
 #define ROOM BTFIELD_FFT_ROOM
+// From one array of a transform to the next: a power of 2 apart, all that a butterfly reads would meet in one set of the cache.
+#define APART (ROOM + 8)
 #define SIGN ((float)BTFIELD_FFT_SIGN)
 #define SQRT_HALF 0.70710678118654752f
+#define BLOCK 32  // columns, two vectors or more; pitch_of() of the host rounds up to it
 
 typedef struct {
     REALN re, im;
@@ -129,6 +132,28 @@ INLINED void dft8(const REALN* xr, const REALN* xi, int step, complexn* y) {
     y[7] = sub(even[3], t3);
 }
 
+// The same where only the first two may be other than 0, `count` of them.
+INLINED void dft8_few(const REALN* xr, const REALN* xi, int step, int count, complexn* y) {
+    complexn a, b;
+    a.re = a.im = b.re = b.im = (REALN)(0.0f);
+    if (count > 0) a = at(xr, xi, 0);
+    if (count > 1) b = at(xr, xi, step);
+    const complexn t = turn(b);
+    complexn t1 = add(b, t), t3 = sub(t, b);
+    t1.re *= SQRT_HALF;
+    t1.im *= SQRT_HALF;
+    t3.re *= SQRT_HALF;
+    t3.im *= SQRT_HALF;
+    y[0] = add(a, b);
+    y[1] = add(a, t1);
+    y[2] = add(a, t);
+    y[3] = add(a, t3);
+    y[4] = sub(a, b);
+    y[5] = sub(a, t1);
+    y[6] = sub(a, t);
+    y[7] = sub(a, t3);
+}
+
 // Values `step` apart from 8 of a transform, each times its power of the root at tw[at], w^k at tw[k·at].
 INLINED void put8(const complexn* y, int at, __global const float2* tw, REALN* yr, REALN* yi, int step) {
     put(yr, yi, 0, y[0]);
@@ -152,8 +177,9 @@ inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, RE
         }
 }
 
-// Two stages of 8 at once: what lies between them stays in the first-level cache.
-inline void stage64(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+// Two stages of 8 at once: what lies between them stays in the first-level cache. Values from `filled` on stand for 0, where
+// that is no more than n/4 and s = 1.
+inline void stage64(int n, int s, int filled, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
                     __global const float2* tw) {
     const int m = n / 64;
     for (int p = 0; p < m; ++p)
@@ -162,7 +188,10 @@ inline void stage64(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, R
             for (int j = 0; j < 8; ++j) {
                 const int a = p + m * j;
                 complexn y[8];
-                dft8(xr + q + s * a, xi + q + s * a, 8 * s * m, y);
+                if (filled <= n / 4)
+                    dft8_few(xr + a, xi + a, 8 * m, (filled - a + 8 * m - 1) / (8 * m), y);
+                else
+                    dft8(xr + q + s * a, xi + q + s * a, 8 * s * m, y);
                 put8(y, a * s, tw, tr + j, ti + j, 8);
             }
             for (int k = 0; k < 8; ++k) {
@@ -210,24 +239,27 @@ inline void stage_odd(int length, int radix, int n, int s, const REALN* xr, cons
         }
 }
 
-// The first stage of 8 where only the first `filled` values are not 0, no more than n/8: each is alone in its sums.
-inline void stage8_alone(int n, int filled, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
-                         __global const float2* tw) {
-    for (int p = 0; p < filled; ++p) {
-        const complexn x = at(xr, xi, p);
-        put(yr, yi, 8 * p, x);
-        for (int k = 1; k < 8; ++k) put(yr, yi, 8 * p + k, twiddle(x, tw[k * p]));
+// The first stage of 8 where values from `filled` on stand for 0, no more than n/4.
+inline void stage8_few(int n, int filled, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
+                       __global const float2* tw) {
+    const int m = n / 8;
+    for (int p = 0; p < m; ++p) {
+        complexn y[8];
+        dft8_few(xr + p, xi + p, m, (filled - p + m - 1) / m, y);
+        put8(y, p, tw, yr + 8 * p, yi + 8 * p, 1);
     }
-    for (int i = 8 * filled; i < n; ++i) yr[i] = yi[i] = (REALN)(0.0f);
 }
 
 // Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi). Values from `filled` on stand for 0.
 inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
     int n = length, s = 1, swapped = 0;
-    if (n % 8 == 0 && filled <= n / 8) {
-        stage8_alone(n, filled, ar, ai, br, bi, tw);
-        n /= 8;
-        s = 8;
+    if (n % 8 == 0 && filled <= n / 4) {
+        if (n % 64 == 0)
+            stage64(n, 1, filled, ar, ai, br, bi, tw);
+        else
+            stage8_few(n, filled, ar, ai, br, bi, tw);
+        s = n % 64 == 0 ? 64 : 8;
+        n /= s;
         swapped = 1;
     } else {
         for (int i = filled; i < n; ++i) ar[i] = ai[i] = (REALN)(0.0f);
@@ -240,7 +272,7 @@ inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, RE
         int radix;
         if (n % 64 == 0) {
             radix = 64;
-            stage64(n, s, xr, xi, yr, yi, tw);
+            stage64(n, s, length, xr, xi, yr, yi, tw);
         } else if (n % 8 == 0) {
             radix = 8;
             stage8(n, s, xr, xi, yr, yi, tw);
@@ -265,9 +297,14 @@ inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, RE
     return swapped;
 }
 
-// Lanes of ky into rows of the layout between the passes, as many as there are.
+// Where (ky, x) of a plane lies between the passes, `rows` of ky and `pitch_x` floats of x to a plane.
+INLINED size_t mid_at(size_t plane, int rows, int pitch_x, int ky, int x) {
+    return plane * rows * pitch_x + ((size_t)(x / BLOCK) * rows + ky) * BLOCK + x % BLOCK;
+}
+
+// Lanes of ky to the layout between the passes, as many as there are.
 inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re, __global float* mid_im,
-                       size_t row, int count, int length, int pitch_x) {
+                       size_t plane, int rows, int ky, int length, int pitch_x) {
     int done = 0;
 #if VW > 1
     for (; done + VW <= length; done += VW) {
@@ -278,8 +315,8 @@ inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re,
         transpose_lanes(i);
         UNROLL
         for (int l = 0; l < VW; ++l) {
-            if (l >= count) continue;
-            const size_t out = (row + l) * pitch_x + done;
+            if (ky + l >= rows) continue;
+            const size_t out = mid_at(plane, rows, pitch_x, ky + l, done);
             STOREN(r[l], mid_re + out);
             STOREN(i[l], mid_im + out);
         }
@@ -287,17 +324,17 @@ inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re,
 #endif
     const float* sr = (const float*)re;
     const float* si = (const float*)im;
-    for (int l = 0; l < VW && l < count; ++l) {
-        const size_t out = (row + l) * pitch_x;
+    for (int l = 0; l < VW && ky + l < rows; ++l) {
         for (int k = done; k < length; ++k) {
-            mid_re[out + k] = sr[k * VW + l];
-            mid_im[out + k] = si[k * VW + l];
+            const size_t out = mid_at(plane, rows, pitch_x, ky + l, k);
+            mid_re[out] = sr[k * VW + l];
+            mid_im[out] = si[k * VW + l];
         }
     }
 }
 
-// The way back: rows row, row + 1 … last, the last one again and again, times `sign` in the imaginary part.
-inline void load_rows(__global const float* mid_re, __global const float* mid_im, size_t row, size_t last, int length,
+// The way back: from ky on, the last one again and again, times `sign` in the imaginary part.
+inline void load_rows(__global const float* mid_re, __global const float* mid_im, size_t plane, int rows, int ky, int length,
                       int pitch_x, float sign, REALN* re, REALN* im) {
     int done = 0;
 #if VW > 1
@@ -305,7 +342,7 @@ inline void load_rows(__global const float* mid_re, __global const float* mid_im
         REALN r[VW], i[VW];
         UNROLL
         for (int l = 0; l < VW; ++l) {
-            const size_t in = min(row + l, last) * pitch_x + done;
+            const size_t in = mid_at(plane, rows, pitch_x, min(ky + l, rows - 1), done);
             r[l] = LOADN(mid_re + in);
             i[l] = LOADN(mid_im + in) * sign;
         }
@@ -318,10 +355,10 @@ inline void load_rows(__global const float* mid_re, __global const float* mid_im
     float* xr = (float*)re;
     float* xi = (float*)im;
     for (int l = 0; l < VW; ++l) {
-        const size_t in = min(row + l, last) * pitch_x;
         for (int k = done; k < length; ++k) {
-            xr[k * VW + l] = mid_re[in + k];
-            xi[k * VW + l] = mid_im[in + k] * sign;
+            const size_t in = mid_at(plane, rows, pitch_x, min(ky + l, rows - 1), k);
+            xr[k * VW + l] = mid_re[in];
+            xi[k * VW + l] = mid_im[in] * sign;
         }
     }
 }
@@ -336,7 +373,8 @@ __kernel void fft_columns_inverse(__global const float* re, __global const float
     const int plane = (int)get_global_id(1);
     const int rows = height / 2 + 1;
     if (ky >= rows) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
     const size_t base = (size_t)(first + plane) * stride + ky;
     im += im_at;
     for (int k = 0; k < length; ++k) {
@@ -344,25 +382,26 @@ __kernel void fft_columns_inverse(__global const float* re, __global const float
         ai[k] = LOADN(im + base + (size_t)k * pitch_ky);
     }
     const int swapped = transform(length, length, ar, ai, br, bi, tw);
-    store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, (size_t)plane * rows + ky, rows - ky,
-               length, pitch_x);
+    store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, plane, rows, ky, length, pitch_x);
 }
 #endif
 
 #ifdef BTFIELD_KERNEL_fft_rows_inverse
-// Inverse pass 2, length H: (mid_re, mid_im) → images from number `first` on. Work-item (two vectors of x, plane).
+// Inverse pass 2, length H: (mid_re, mid_im) → the first rows_out rows and `columns` columns of images from number `first` on,
+// of rows of `width` floats. Work-item (two vectors of x, plane).
 __kernel void fft_rows_inverse(__global const float* mid_re, __global const float* mid_im,
                                __global float* images, __global const float2* tw, int length, int width,
-                               int pitch_x, int first) {
+                               int rows_out, int columns, int pitch_x, int first) {
     const int x = (int)get_global_id(0) * 2 * VW;
     const int plane = (int)get_global_id(1);
-    if (x >= width) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    if (x >= columns) return;
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
     const int rows = length / 2 + 1;
-    const int left = width - x;
-    const size_t base = (size_t)plane * rows * pitch_x + x;
+    const int left = columns - x;
+    const size_t base = mid_at(plane, rows, pitch_x, 0, x);
     for (int k = 0; k < rows; ++k) {
-        const size_t i = base + (size_t)k * pitch_x;
+        const size_t i = base + (size_t)k * BLOCK;
         // c = a + √−1·b for the two columns a and b, and the same of the mirrored, conjugated bins.
         const REALN a_re = LOADN(mid_re + i), a_im = LOADN(mid_im + i);
         // Past the last column there is anything, NaN included: it must not reach a.
@@ -384,7 +423,7 @@ __kernel void fft_rows_inverse(__global const float* mid_re, __global const floa
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     __global float* out = images + (size_t)(first + plane) * length * width + x;
-    for (int r = 0; r < length; ++r) {
+    for (int r = 0; r < rows_out; ++r) {
         store_up_to(sr[r], out + (size_t)r * width, left);
         store_up_to(si[r], out + (size_t)r * width + VW, left - VW);
     }
@@ -399,7 +438,8 @@ __kernel void fft_rows_forward(__global const float* images, __global float* mid
     const int x = (int)get_global_id(0) * 2 * VW;
     const int plane = (int)get_global_id(1);
     if (x >= width) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
     const int left = width - x;
     __global const float* in = images + (size_t)plane * rows_in * width + x;
     for (int r = 0; r < rows_in; ++r) {
@@ -410,10 +450,10 @@ __kernel void fft_rows_forward(__global const float* images, __global float* mid
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     const int rows = length / 2 + 1;
-    const size_t base = (size_t)plane * rows * pitch_x + x;
+    const size_t base = mid_at(plane, rows, pitch_x, 0, x);
     for (int k = 0; k < rows; ++k) {
         const int mirror = k == 0 ? 0 : length - k;
-        const size_t o = base + (size_t)k * pitch_x;
+        const size_t o = base + (size_t)k * BLOCK;
         STOREN((sr[k] + sr[mirror]) * 0.5f, mid_re + o);
         STOREN((si[k] - si[mirror]) * 0.5f, mid_im + o);
         STOREN((si[k] + si[mirror]) * 0.5f, mid_re + o + VW);
@@ -431,9 +471,9 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
     const int plane = (int)get_global_id(1);
     const int rows = height / 2 + 1;
     if (ky >= rows) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
-    const size_t first_row = (size_t)plane * rows;
-    load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, length, pitch_x, 1.0f, ar, ai);
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
+    load_rows(mid_re, mid_im, plane, rows, ky, length, pitch_x, 1.0f, ar, ai);
     const int swapped = transform(length, length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
@@ -446,24 +486,24 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
 #endif
 
 #ifdef BTFIELD_KERNEL_fft_columns_correlate
-// Between forward pass 1 of patches and inverse pass 2 of scores, length W: patches (mid_re, mid_im), [patch][plane][ky] with
-// rows of `columns_in` values and pitch_in floats, and the sample's spectrum (re, im) → Σ_planes sample · conj(patch), inverse
-// pass 1 done, (out_re, out_im), [patch][ky]. For the +1 transform: it makes the conjugate of a forward one from conjugates.
-// Work-item (patch, vector of ky): patches one after the other find the sample's spectrum in the cache.
+// Between forward pass 1 of patches and inverse pass 2 of scores, length W: patches (mid_re, mid_im), [patch][plane] of
+// `columns_in` columns and pitch_in floats, and the sample's spectrum (re, im) → Σ_planes sample · conj(patch), inverse
+// pass 1 done, (out_re, out_im), [patch], columns_out columns of it. For the +1 transform: it makes the conjugate of a forward
+// one from conjugates. Work-item (patch, vector of ky): patches one after the other find the sample's spectrum in the cache.
 __kernel void fft_columns_correlate(__global const float* mid_re, __global const float* mid_im,
                                     __global const float* re, __global const float* im,
                                     __global float* out_re, __global float* out_im, __global const float2* tw,
                                     int length, int height, int patches, int planes, int columns_in,
-                                    int pitch_in, int pitch_ky, int pitch_x) {
+                                    int columns_out, int pitch_in, int pitch_ky, int pitch_x) {
     const int patch = (int)get_global_id(0);
     const int ky = (int)get_global_id(1) * VW;
     const int rows = height / 2 + 1;
     if (patch >= patches) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM], sum_re[ROOM], sum_im[ROOM];
-    for (int k = 0; k < length; ++k) sum_re[k] = sum_im[k] = (REALN)(0.0f);
+    REALN room[6 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
+    REALN *sum_re = room + 4 * APART, *sum_im = room + 5 * APART;
     for (int plane = 0; plane < planes; ++plane) {
-        const size_t first_row = (size_t)(patch * planes + plane) * rows;
-        load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, columns_in, pitch_in, -1.0f, ar, ai);
+        load_rows(mid_re, mid_im, (size_t)patch * planes + plane, rows, ky, columns_in, pitch_in, -1.0f, ar, ai);
         const int swapped = transform(length, columns_in, ar, ai, br, bi, tw);
         const REALN* pr = swapped ? br : ar;
         const REALN* pi = swapped ? bi : ai;
@@ -471,13 +511,16 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
         for (int k = 0; k < length; ++k) {
             const REALN fr = LOADN(re + base + (size_t)k * pitch_ky),
                         fi = LOADN(im + base + (size_t)k * pitch_ky);
-            sum_re[k] = fma(fr, pr[k], fma(-fi, pi[k], sum_re[k]));
-            sum_im[k] = fma(fr, pi[k], fma(fi, pr[k], sum_im[k]));
+            complexn sum;
+            sum.re = sum.im = (REALN)(0.0f);
+            if (plane > 0) sum = at(sum_re, sum_im, k);
+            sum.re = fma(fr, pr[k], fma(-fi, pi[k], sum.re));
+            sum.im = fma(fr, pi[k], fma(fi, pr[k], sum.im));
+            put(sum_re, sum_im, k, sum);
         }
     }
     const int swapped = transform(length, length, sum_re, sum_im, br, bi, tw);
-    store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, (size_t)patch * rows + ky,
-               rows - ky, length, pitch_x);
+    store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, patch, rows, ky, columns_out, pitch_x);
 }
 #endif
 
