@@ -62,8 +62,13 @@ std::vector<DifferenceBounds::Entry> DifferenceBounds::up_to(float limit) const 
     for (int r = 0; r < rows_; ++r) {
         if (least_[static_cast<size_t>(r)] > limit) continue;
         write_row(r, row.data());
-        for (size_t c = 0; c < row.size(); ++c)
-            if (row[c] <= limit) result.emplace_back(row[c], static_cast<size_t>(r) * row.size() + c);
+        constexpr size_t part = 64;  // few rows have more than one that holds any
+        for (size_t begin = 0; begin < row.size(); begin += part) {
+            const size_t end = std::min(row.size(), begin + part);
+            if (least_of(row.data() + begin, end - begin) > limit) continue;
+            for (size_t c = begin; c < end; ++c)
+                if (row[c] <= limit) result.emplace_back(row[c], static_cast<size_t>(r) * row.size() + c);
+        }
     }
     return result;
 }

@@ -47,7 +47,8 @@ BTFIELD_WIDE std::int64_t squared_difference(const std::int16_t* a, const std::i
         const size_t part = std::min<size_t>(count, 512);
         std::int32_t squares = 0;
         for (size_t i = 0; i < part; ++i) {
-            const auto d = static_cast<std::int16_t>(a[i] - b[i]);  // processors add products of such in pairs
+            const auto d =
+                static_cast<std::int16_t>(a[i] - b[i]);  // processors add products of such in pairs
             squares += std::int32_t{d} * d;
         }
         sum += squares;
