@@ -181,14 +181,19 @@ BlockSearch::Choice BlockSearch::choose(const BlockQuery& query, const Known& kn
     // The least of all is among those whose bounds are not above the least so far, from the lowest bound on.
     const float lowest = bounds.least();
     constexpr double any = std::numeric_limits<double>::infinity();
-    double best = exact(bounds.up_to(lowest).front().second, any);
+    size_t best_position = bounds.up_to(lowest).front().second;
+    double best = exact(best_position, any);
     std::vector<DifferenceBounds::Entry> candidates =
         bounds.up_to(static_cast<float>((1.0 + request.tolerance) * best + bound));
     std::make_heap(candidates.begin(), candidates.end(), Later());
-    for (auto end = candidates.end(); best > 0.0 && end != candidates.begin() &&
-                                      static_cast<double>(candidates.front().first) <= best + bound;
-         --end) {
-        best = std::min(best, exact(candidates.front().second, best));
+    for (auto end = candidates.end(); best > 0.0 && end != candidates.begin(); --end) {
+        const auto [value, position] = candidates.front();
+        if (static_cast<double>(value) > best + bound) break;
+        const double found = exact(position, best);
+        if (found < best) {
+            best = found;
+            best_position = position;
+        }
         std::pop_heap(candidates.begin(), end, Later());
     }
     const double most = (1.0 + request.tolerance) * best;
@@ -199,10 +204,13 @@ BlockSearch::Choice BlockSearch::choose(const BlockQuery& query, const Known& kn
         if (static_cast<double>(value) <= most + bound)
             order.emplace_back(draw(query.key, position), position);
     std::make_heap(order.begin(), order.end(), Later());
-    choice.at = place(order.front().second);
+    choice.at = place(best_position);
     for (auto end = order.end(); end != order.begin(); --end) {
-        choice.at = place(order.front().second);
-        if (exact(order.front().second, most) <= most) break;  // reached: the best is among them
+        const size_t position = order.front().second;
+        if (exact(position, most) <= most) {
+            choice.at = place(position);
+            break;
+        }
         std::pop_heap(order.begin(), end, Later());
     }
     return choice;

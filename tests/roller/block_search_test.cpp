@@ -175,7 +175,7 @@ TEST(BlockSearch, CorrelatesMorePlanesWhereFewTellTooLittle) {
     std::vector<BlockQuery> queries;
     for (int i = 0; i < 20; ++i) {
         queries.push_back(query_at(sample, patch, {45 + i, 3 * i}, {3, 3, 0, 0}, 9));
-        queries.back().excluded = {{45 + i, 3 * i}};
+        if (i % 2 == 0) queries.back().excluded = {{45 + i, 3 * i}};
     }
     for (int again = 0; again < 2; ++again) {
         const std::vector<Position> found = search.find(queries, patch, 3, 0.0);
