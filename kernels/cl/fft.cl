@@ -19,6 +19,13 @@
 
 #define UNROLL _Pragma("unroll")
 #define ROOM BTFIELD_FFT_ROOM
+// Whether transforms may find zeros after their first values: others need not be compiled for them.
+#if defined(BTFIELD_KERNEL_fft_rows_forward) || defined(BTFIELD_KERNEL_fft_columns_correlate)
+#define FEW(filled, n) ((filled) <= (n) / 4)
+#else
+#define FEW(filled, n) 0
+#endif
+
 // From one array of a transform to the next: a power of 2 apart, all that a butterfly reads would meet in one set of the cache.
 #define APART (ROOM + 8)
 #define SIGN ((float)BTFIELD_FFT_SIGN)
@@ -157,13 +164,8 @@ INLINED void dft8_few(const REALN* xr, const REALN* xi, int step, int count, com
 // Values `step` apart from 8 of a transform, each times its power of the root at tw[at], w^k at tw[k·at].
 INLINED void put8(const complexn* y, int at, __global const float2* tw, REALN* yr, REALN* yi, int step) {
     put(yr, yi, 0, y[0]);
-    if (at == 0) {
-        UNROLL
-        for (int k = 1; k < 8; ++k) put(yr, yi, k * step, y[k]);
-    } else {
-        UNROLL
-        for (int k = 1; k < 8; ++k) put(yr, yi, k * step, twiddle(y[k], tw[k * at]));
-    }
+    UNROLL
+    for (int k = 1; k < 8; ++k) put(yr, yi, k * step, twiddle(y[k], tw[k * at]));
 }
 
 inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
@@ -188,7 +190,7 @@ inline void stage64(int n, int s, int filled, const REALN* xr, const REALN* xi, 
             for (int j = 0; j < 8; ++j) {
                 const int a = p + m * j;
                 complexn y[8];
-                if (filled <= n / 4)
+                if (FEW(filled, n))
                     dft8_few(xr + a, xi + a, 8 * m, (filled - a + 8 * m - 1) / (8 * m), y);
                 else
                     dft8(xr + q + s * a, xi + q + s * a, 8 * s * m, y);
@@ -253,7 +255,7 @@ inline void stage8_few(int n, int filled, const REALN* xr, const REALN* xi, REAL
 // Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi). Values from `filled` on stand for 0.
 inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
     int n = length, s = 1, swapped = 0;
-    if (n % 8 == 0 && filled <= n / 4) {
+    if (n % 8 == 0 && FEW(filled, n)) {
         if (n % 64 == 0)
             stage64(n, 1, filled, ar, ai, br, bi, tw);
         else
