@@ -46,7 +46,7 @@ BuildParameters transform_parameters(const DeviceImpl& device, int length, int s
     return parameters;
 }
 
-/// kernels/fft.cl.
+/// kernels/cl/fft.cl.
 class LaneFft : public Fft {
   public:
     LaneFft(DeviceImpl& device, Size size)
@@ -157,7 +157,7 @@ class LaneFft : public Fft {
         return {.bytes = sizeof(float) * (2.0 * frequencies + values),
                 .operations = 2.5 * std::log2(static_cast<double>(size_.height)) * values};
     }
-    /// Columns between the passes lie in blocks of 32: BLOCK of kernels/fft.cl.
+    /// Columns between the passes lie in blocks of 32: BLOCK of kernels/cl/fft.cl.
     static int pitch_of(int columns) { return (columns + 31) / 32 * 32; }
     [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(size_.height) / 2 + 1; }
     static Kernel kernel(DeviceImpl& device, const char* name, int length, int sign) {
