@@ -46,7 +46,7 @@ BuildParameters transform_parameters(const DeviceImpl& device, int length, int s
     return parameters;
 }
 
-/// kernels/fft.cl.
+/// kernels/cl/fft.cl.
 class LaneFft : public Fft {
   public:
     LaneFft(DeviceImpl& device, Size size)
@@ -91,7 +91,7 @@ class LaneFft : public Fft {
     }
 
     void correlate(DeviceImpl& device, const Buffer& patches, Size patch, int count, int planes,
-                   const Spectrum& sample, Buffer& scores) override {
+                   const Spectrum& sample, Size inside, Buffer& scores) override {
         const int width = device.vector_width();
         const int pitch_in = pitch_of(patch.width);
         const std::size_t in_bytes = sizeof(float) * static_cast<std::size_t>(count) *
@@ -107,10 +107,11 @@ class LaneFft : public Fft {
         device.launch(kernel(device, "fft_columns_correlate", size_.width, 1),
                       {patches_count, groups(size_.height / 2 + 1, width)}, Grain::coarse, in_re, in_im,
                       sample.re, sample.im, re, im, roots_x_, size_.width, size_.height, count, planes,
-                      patch.width, pitch_in, spectrum_pitch(size_.height), pitch_x_);
+                      patch.width, std::min(size_.width, pitch_of(inside.width)), pitch_in,
+                      spectrum_pitch(size_.height), pitch_x_);
         device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
-                      {groups(size_.width, 2 * width), patches_count}, Grain::coarse, re, im, scores,
-                      roots_y_, size_.height, size_.width, pitch_x_, int{0});
+                      {groups(inside.width, 2 * width), patches_count}, Grain::coarse, re, im, scores,
+                      roots_y_, size_.height, size_.width, inside.height, inside.width, pitch_x_, int{0});
     }
 
     [[nodiscard]] std::size_t scratch_bytes(int planes) const override { return 2 * mid_bytes(planes); }
@@ -137,7 +138,7 @@ class LaneFft : public Fft {
         device.launch(kernel(device, "fft_rows_inverse", size_.height, 1),
                       {groups(size_.width, 2 * device.vector_width()), static_cast<std::size_t>(planes)},
                       Grain::coarse, rows_work(planes), mid.re, mid.im, images, roots_y_, size_.height,
-                      size_.width, pitch_x_, first);
+                      size_.width, size_.height, size_.width, pitch_x_, first);
     }
     /// As many as leave what lies between the passes in a cache, and have work for many cores.
     [[nodiscard]] int planes_together(int count) const {
@@ -156,7 +157,7 @@ class LaneFft : public Fft {
         return {.bytes = sizeof(float) * (2.0 * frequencies + values),
                 .operations = 2.5 * std::log2(static_cast<double>(size_.height)) * values};
     }
-    /// Rows between the passes begin on a boundary of two vectors.
+    /// Columns between the passes lie in blocks of 32: BLOCK of kernels/cl/fft.cl.
     static int pitch_of(int columns) { return (columns + 31) / 32 * 32; }
     [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(size_.height) / 2 + 1; }
     static Kernel kernel(DeviceImpl& device, const char* name, int length, int sign) {
@@ -231,7 +232,7 @@ class ClFft : public Fft {
     }
 
     void correlate(DeviceImpl& device, const Buffer& patches, Size patch, int count, int planes,
-                   const Spectrum& sample, Buffer& scores) override {
+                   const Spectrum& sample, Size /*inside*/, Buffer& scores) override {
         const int all = count * planes;
         Buffer images = device.buffer(image_bytes(all));
         device.launch(device.kernel("fft", "spread_patches", transform_parameters(device, 1, 1)),

@@ -80,9 +80,10 @@ class Fft {
     ///     scores_b(p) = N Σ_planes Σ_r patch_b(r) sample(p + r), N the number of pixels
     /// \param patches [patch][plane][row][column], no larger than the sample
     /// \param sample its spectrum, kept
+    /// \param inside scores beyond so many rows and columns are not needed: there may be anything
     /// \param scores [patch][row][column]
     virtual void correlate(DeviceImpl& device, const Buffer& patches, Size patch, int count, int planes,
-                           const Spectrum& sample, Buffer& scores) = 0;
+                           const Spectrum& sample, Size inside, Buffer& scores) = 0;
     /// Bytes of device memory that inverse() or forward() of this many planes takes beside its arguments.
     [[nodiscard]] virtual std::size_t scratch_bytes(int planes) const = 0;
     /// The same of inverse_packed().

@@ -1,7 +1,7 @@
 #pragma once
 
-// Where in a sample a patch would fit to what lies there already: squared differences at all positions, by
-// correlation in frequency on the device, and the choice among them in integers (theory 17.3).
+// Where in a sample a patch would fit to what lies there already: bounds of squared differences at all
+// positions, by correlation in frequency on the device, and the choice among them in integers (theory 17.3).
 
 #include <cstdint>
 #include <map>
@@ -13,6 +13,7 @@
 #include "host/cl/device_impl.hpp"
 #include "host/roller/canvas.hpp"
 #include "host/roller/features.hpp"
+#include "host/roller/leading_planes.hpp"
 #include "host/roller/summed_area.hpp"
 
 namespace btfield::detail {
@@ -44,26 +45,54 @@ class BlockSearch {
     [[nodiscard]] std::vector<Position> find(std::span<const BlockQuery> queries, Size patch, int radius,
                                              double tolerance, const PositionWeights* weights = nullptr);
 
+    /// Planes that are correlated; the others' differences are bounded. For tests.
+    [[nodiscard]] int correlated_planes() const { return planes_.kept(); }
+
   private:
     struct Energy {
         std::vector<float> values;  ///< [row][column]: Σ sample² in the strips of a patch there
+        std::vector<float> rests;  ///< √ of the part of it that is not correlated; empty where there is none
         float largest = 0.0F;
     };
+    /// What all queries of a find() share.
+    struct Request {
+        Size patch;
+        int rows = 0, columns = 0;  ///< of positions
+        int radius = 0;
+        double tolerance = 0.0;
+        const PositionWeights* weights = nullptr;
+    };
+    /// Σ known², and the part of it that is not correlated, or more.
+    struct Known {
+        double energy = 0.0, rest = 0.0;
+    };
+    /// What was chosen, and how many positions were compared in integers for it.
+    struct Choice {
+        Position at;
+        std::int64_t compared = 0;
+    };
+
+    void transform_sample();
     const Energy& energy(Size patch, const Strips& strips);
-    [[nodiscard]] Position choose(const BlockQuery& query, Size patch, int radius, double tolerance,
-                                  const Energy& energy, const PositionWeights& weights,
-                                  std::span<const float> scores, std::span<float> differences) const;
-    [[nodiscard]] std::int64_t difference(const BlockQuery& query, Size patch, Position at) const;
+    /// To what is correlated: [plane][row][column].
+    Known write_known(const BlockQuery& query, Size patch, float* to) const;
+    [[nodiscard]] Choice choose(const BlockQuery& query, const Known& known, const Request& request,
+                                const Energy& energy, const float* scores) const;
+    /// Any number above `most` where it is above.
+    [[nodiscard]] std::int64_t difference(const BlockQuery& query, Size patch, Position at,
+                                          double most) const;
 
     DeviceImpl* device_;
     const Features* features_;
     Size lattice_;  ///< the sample's, or the next larger one that is transformed; zeros beyond the sample
-    Spectrum spectrum_;
     double norm_ = 0.0;   ///< √ Σ sample²
     SummedArea squares_;  ///< of the sample
     std::mutex mutex_;    ///< of what follows
+    LeadingPlanes planes_;
+    SummedArea rests_;  ///< of what they leave out
+    Spectrum spectrum_;
+    std::int64_t compared_ = 0, queries_ = 0;  ///< positions compared in integers with these planes
     std::map<std::tuple<int, int, Strips>, Energy> energies_;
-    std::vector<float> differences_;  ///< of the patches of a batch, [patch][row][column]
 };
 
 }  // namespace btfield::detail

@@ -39,10 +39,10 @@ Cost Canvas::lay(Position origin, Size patch, const Strips& strips, Position fro
     Cost cost;
     const auto cut = [&](int rows, int columns, auto error_at) {
         if (columns == 0) return std::vector<int>(static_cast<size_t>(rows), 0);
-        std::vector<std::int64_t> errors;
-        errors.reserve(static_cast<size_t>(rows) * static_cast<size_t>(columns));
+        std::vector<std::int64_t> errors(static_cast<size_t>(rows) * static_cast<size_t>(columns));
+        std::int64_t* to = errors.data();
         for (int r = 0; r < rows; ++r)
-            for (int c = 0; c < columns; ++c) errors.push_back(error_at(r, c));
+            for (int c = 0; c < columns; ++c) *to++ = error_at(r, c);
         BoundaryCut found = minimum_cut(errors, rows, columns);
         cost += {found.cost, rows};
         return found.cut;
@@ -53,13 +53,16 @@ Cost Canvas::lay(Position origin, Size patch, const Strips& strips, Position fro
     const auto from_top = cut(patch.width, strips.top, [&](int c, int r) { return error(r, c); });
     const auto from_bottom =
         cut(patch.width, strips.bottom, [&](int c, int r) { return error(bottom - r, c); });
-    for (int r = 0; r < patch.height; ++r)
-        for (int c = 0; c < patch.width; ++c) {
-            const auto row = static_cast<size_t>(r), column = static_cast<size_t>(c);
-            if (c >= from_left[row] && right - c >= from_right[row] && r >= from_top[column] &&
-                bottom - r >= from_bottom[column])
+    for (int r = 0; r < patch.height; ++r) {
+        const auto row = static_cast<size_t>(r);
+        // Cuts stay inside of their strips.
+        const bool crossed = r < strips.top || bottom - r < strips.bottom;
+        for (int c = from_left[row]; c <= right - from_right[row]; ++c) {
+            const auto column = static_cast<size_t>(c);
+            if (!crossed || (r >= from_top[column] && bottom - r >= from_bottom[column]))
                 source_[index(origin.row + r, origin.column + c)] = source(r, c);
         }
+    }
     return cost;
 }
 

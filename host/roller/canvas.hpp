@@ -58,9 +58,12 @@ class Canvas {
     [[nodiscard]] SourceMap finished(const Cost& cost) &&;
 
   private:
+    /// Of a pixel not farther beyond the lower and the right border than the torus is large.
     [[nodiscard]] std::size_t index(int row, int column) const {
-        return static_cast<std::size_t>(row % size_.height) * static_cast<std::size_t>(size_.width) +
-               static_cast<std::size_t>(column % size_.width);
+        const auto height = static_cast<std::size_t>(size_.height),
+                   width = static_cast<std::size_t>(size_.width);
+        const auto r = static_cast<std::size_t>(row), c = static_cast<std::size_t>(column);
+        return (r < height ? r : r - height) * width + (c < width ? c : c - width);
     }
     [[nodiscard]] double seam(const std::vector<std::uint32_t>& source) const;
 

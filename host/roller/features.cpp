@@ -7,6 +7,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/plane_kinds.hpp"
 #include "host/base/text.hpp"
+#include "host/base/wide.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -40,14 +41,15 @@ void check_sample(std::span<const Image> sample) {
 
 }  // namespace
 
-std::int64_t squared_difference(const std::int16_t* a, const std::int16_t* b, size_t count) {
+BTFIELD_WIDE std::int64_t squared_difference(const std::int16_t* a, const std::int16_t* b, size_t count) {
     std::int64_t sum = 0;
-    while (count > 0) {  // parts whose sum 32 bits hold: 2046² · 1024
-        const size_t part = std::min<size_t>(count, 1024);
-        std::uint32_t squares = 0;
+    while (count > 0) {  // parts whose sum 32 bits hold: 2046² · 512
+        const size_t part = std::min<size_t>(count, 512);
+        std::int32_t squares = 0;
         for (size_t i = 0; i < part; ++i) {
-            const int d = a[i] - b[i];
-            squares += static_cast<std::uint32_t>(d * d);
+            const auto d =
+                static_cast<std::int16_t>(a[i] - b[i]);  // processors add products of such in pairs
+            squares += std::int32_t{d} * d;
         }
         sum += squares;
         a += part;
@@ -62,11 +64,6 @@ std::uint64_t draw(std::uint64_t seed, std::uint64_t number) {
     z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9U;
     z = (z ^ z >> 27) * 0x94d049bb133111ebU;
     return z ^ z >> 31;
-}
-
-std::int64_t Features::distance(size_t a, size_t b) const {
-    const auto d = static_cast<size_t>(planes);
-    return squared_difference(values.data() + a * d, values.data() + b * d, d);
 }
 
 Features features_of(std::span<const Image> sample) {

@@ -30,7 +30,19 @@ struct Features {
                                    static_cast<std::size_t>(planes);
     }
     /// Squared distance of two pixels.
-    [[nodiscard]] std::int64_t distance(std::size_t a, std::size_t b) const;
+    [[nodiscard]] std::int64_t distance(std::size_t a, std::size_t b) const {
+        const auto d = static_cast<std::size_t>(planes);
+        const std::int16_t *first = values.data() + a * d, *second = values.data() + b * d;
+        const auto square = [&](std::size_t p) {
+            const int difference = first[p] - second[p];
+            return difference * difference;
+        };
+        if (d == 3)
+            return std::int64_t{square(0) + square(1) + square(2)};  // of most samples, without a loop
+        std::int64_t sum = 0;
+        for (std::size_t p = 0; p < d; ++p) sum += square(p);
+        return sum;
+    }
 };
 
 /// All planes of the pictures; variances of pictures and of unlike kinds of planes count alike, and those of

@@ -1,12 +1,14 @@
 #include "host/roller/quilt.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "host/base/parallel.hpp"
-#include "host/roller/summed_area.hpp"
+#include "host/base/wide.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -98,42 +100,69 @@ BlockQuery query(const Canvas& canvas, const Row& down, const Row& right,
 /// differences: of 0, 1, 4 and 10, 4 is the first that keeps the sample's patches (theory 17.3).
 constexpr double usage_price = 4.0;
 
+/// to ← to + factor · values, of integers.
+BTFIELD_WIDE void add_multiple(double factor, const double* values, size_t count, double* to) {
+    for (size_t i = 0; i < count; ++i) to[i] += factor * values[i];
+}
+
 /// How often the sample's pixels are in patches. The positions that fit best are those where little happens:
 /// without a price on what was taken before, they would take over (theory 17.3).
 class Usage {
   public:
-    Usage(Size sample, Size patch) : sample_(sample), patch_(patch), counts_(area(sample), 0) {}
-
-    void add(Position at) {
-        for (int r = at.row; r < at.row + patch_.height; ++r)
-            for (int c = at.column; c < at.column + patch_.width; ++c) ++counts_[index(r, c)];
-        ++patches_;
+    Usage(Size sample, Size patch)
+        : sample_(sample),
+          patch_(patch),
+          rows_(sample.height - patch.height + 1),
+          columns_(sample.width - patch.width + 1),
+          shared_(static_cast<size_t>(rows_) * static_cast<size_t>(columns_), 0.0) {
+        for (int lag = 1 - patch.width; lag < patch.width; ++lag)
+            widths_.push_back(patch.width - std::abs(lag));
+        weights_.values.assign(shared_.size(), 1.0F);
     }
 
-    [[nodiscard]] PositionWeights weights() const {
-        const SummedArea used(sample_, [&](int r, int c) { return counts_[index(r, c)]; });
+    void add(std::span<const Position> places) {
+        patches_ += static_cast<std::int64_t>(places.size());
         const double pixels = static_cast<double>(area(patch_));
         const double mean = static_cast<double>(patches_) * pixels / static_cast<double>(area(sample_));
         const double scale = usage_price / (pixels * (1.0 + mean));
-        const int rows = sample_.height - patch_.height + 1, columns = sample_.width - patch_.width + 1;
-        PositionWeights result;
-        result.values.resize(static_cast<size_t>(rows) * static_cast<size_t>(columns));
-        for_each_block(rows, [&](int r) {
-            float* to = result.values.data() + static_cast<size_t>(r) * static_cast<size_t>(columns);
-            for (int c = 0; c < columns; ++c)
-                to[c] = static_cast<float>(
-                    1.0 + scale * static_cast<double>(used.sum(r, c, r + patch_.height, c + patch_.width)));
+        constexpr int rows_of_block = 32;
+        std::vector<double> most(static_cast<size_t>((rows_ + rows_of_block - 1) / rows_of_block));
+        for_each_block(static_cast<int>(most.size()), [&](int block) {
+            std::vector<double> largest(static_cast<size_t>(columns_), 0.0);
+            for (int r = block * rows_of_block; r < std::min(rows_, (block + 1) * rows_of_block); ++r) {
+                const size_t row = static_cast<size_t>(r) * static_cast<size_t>(columns_);
+                double* shared = shared_.data() + row;
+                for (const Position& at : places) add_shared(at, r, shared);
+                float* to = weights_.values.data() + row;
+                for (size_t c = 0; c < largest.size(); ++c) {
+                    largest[c] = largest[c] < shared[c] ? shared[c] : largest[c];
+                    to[c] = static_cast<float>(1.0 + scale * shared[c]);
+                }
+            }
+            most[static_cast<size_t>(block)] = *std::max_element(largest.begin(), largest.end());
         });
-        result.largest = *std::max_element(result.values.begin(), result.values.end());
-        return result;
+        weights_.largest = static_cast<float>(1.0 + scale * *std::max_element(most.begin(), most.end()));
     }
 
+    [[nodiscard]] const PositionWeights& weights() const { return weights_; }
+
   private:
-    [[nodiscard]] size_t index(int row, int column) const {
-        return static_cast<size_t>(row) * static_cast<size_t>(sample_.width) + static_cast<size_t>(column);
+    /// What the patch at a place has in common with those of a row of positions.
+    void add_shared(Position at, int row, double* shared) const {
+        const int height = patch_.height - std::abs(at.row - row);
+        if (height <= 0) return;
+        const int begin = std::max(0, at.column - patch_.width + 1),
+                  end = std::min(columns_, at.column + patch_.width);
+        add_multiple(height, widths_.data() + (begin - at.column + patch_.width - 1),
+                     static_cast<size_t>(end - begin), shared + begin);
     }
+
     Size sample_, patch_;
-    std::vector<int> counts_;
+    int rows_, columns_;  ///< of positions
+    std::vector<double>
+        shared_;  ///< pixels that a patch at a position has in common with those laid, integers
+    std::vector<double> widths_;  ///< columns that two patches have in common, by lag
+    PositionWeights weights_;
     std::int64_t patches_ = 0;
 };
 
@@ -167,9 +196,8 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
             queries[n] = query(canvas, down, right, chosen, turn[n]);
             queries[n].key = draw(options.seed, index(right, turn[n]));
         });
-        const PositionWeights weights = usage.weights();
         const std::vector<Position> found =
-            search.find(queries, patch, std::max(1, block / 4), options.tolerance, &weights);
+            search.find(queries, patch, std::max(1, block / 4), options.tolerance, &usage.weights());
         std::vector<Cost> costs(turn.size());
         for_each_block(static_cast<int>(turn.size()), [&](int i) {
             const auto n = static_cast<size_t>(i);
@@ -177,7 +205,6 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
         });
         for (size_t n = 0; n < turn.size(); ++n) {
             chosen[index(right, turn[n])] = found[n];
-            usage.add(found[n]);
             cost += costs[n];
         }
         if (plan != nullptr) {
@@ -186,6 +213,7 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
                 placements.push_back({origin(down, right, turn[n]), found[n], queries[n].strips});
         }
         laid += turn.size();
+        if (laid < chosen.size()) usage.add(found);
         if (options.progress)
             options.progress(static_cast<double>(laid) / static_cast<double>(chosen.size()));
     }

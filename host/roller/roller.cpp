@@ -66,7 +66,7 @@ Roller& Roller::operator=(Roller&&) noexcept = default;
 SourceMap Roller::quilt(Size size, const RollerOptions& options) {
     const std::string asked = "roll a quilt of " + text_of(size);
     check(size, options, asked);
-    const int block = options.block.value_or(default_block());
+    const int block = options.block ? *options.block : default_block();
     const Size sample = impl_->features.size;
     if (block < smallest_block || block > shorter(sample))
         throw InputError(

@@ -11,6 +11,8 @@ namespace btfield::detail {
 /// Sums of integers over rectangles, each in four steps (Crow 1984).
 class SummedArea {
   public:
+    /// Of nothing.
+    SummedArea() = default;
     /// \param value of a pixel, called as value(row, column)
     template <class Value>
     SummedArea(Size size, const Value& value) : pitch_(static_cast<std::size_t>(size.width) + 1) {
@@ -35,7 +37,7 @@ class SummedArea {
     }
 
   private:
-    std::size_t pitch_;
+    std::size_t pitch_ = 0;
     std::vector<std::int64_t> sums_;
 };
 

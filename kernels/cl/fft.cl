@@ -2,233 +2,20 @@
 //
 // Pass 1 runs along x or kx with lanes over ky, pass 2 along rows or ky with lanes over x. Two real columns share one
 // complex transform, so odd heights need nothing special. Layouts: see host/cl/fft.hpp; between the passes
-// [plane][ky][x] with rows of `pitch_x` floats.
+// [plane][x / BLOCK][ky][x % BLOCK], where both find what they need close together.
 
-#include "base/lanes.clh"
+#include "cl/transform.clh"
 
-// Lengths are arguments; what is compiled is the room for them, so that few programs serve all sizes.
-#ifndef BTFIELD_FFT_ROOM
-#error "BTFIELD_FFT_ROOM (largest transform length) is not defined"
-#endif
-#ifndef BTFIELD_FFT_SIGN
-#error "BTFIELD_FFT_SIGN (+1 inverse, -1 forward) is not defined"
-#endif
-#ifndef BTFIELD_FFT_ODD
-#error "BTFIELD_FFT_ODD (1 for lengths with an odd prime factor) is not defined"
-#endif
+#define BLOCK 32  // columns, two vectors or more; pitch_of() of the host rounds up to it
 
-#define UNROLL _Pragma("unroll")
-#define ROOM BTFIELD_FFT_ROOM
-#define SIGN ((float)BTFIELD_FFT_SIGN)
-#define SQRT_HALF 0.70710678118654752f
-
-typedef struct {
-    REALN re, im;
-} complexn;
-
-inline complexn add(complexn a, complexn b) {
-    a.re += b.re;
-    a.im += b.im;
-    return a;
+// Where (ky, x) of a plane lies between the passes, `rows` of ky and `pitch_x` floats of x to a plane.
+INLINED size_t mid_at(size_t plane, int rows, int pitch_x, int ky, int x) {
+    return plane * rows * pitch_x + ((size_t)(x / BLOCK) * rows + ky) * BLOCK + x % BLOCK;
 }
 
-inline complexn sub(complexn a, complexn b) {
-    a.re -= b.re;
-    a.im -= b.im;
-    return a;
-}
-
-// a·√−1·SIGN
-inline complexn turn(complexn a) {
-    complexn r;
-    r.re = -SIGN * a.im;
-    r.im = SIGN * a.re;
-    return r;
-}
-
-// a·(w.x + √−1·SIGN·w.y): tables hold cosines and sines of positive angles.
-inline complexn twiddle(complexn a, float2 w) {
-    const float wy = SIGN * w.y;
-    complexn r;
-    r.re = fma(a.re, (REALN)(w.x), -a.im * wy);
-    r.im = fma(a.re, (REALN)(wy), a.im * w.x);
-    return r;
-}
-
-inline complexn at(const REALN* re, const REALN* im, int i) {
-    complexn r;
-    r.re = re[i];
-    r.im = im[i];
-    return r;
-}
-
-inline void put(REALN* re, REALN* im, int i, complexn v) {
-    re[i] = v.re;
-    im[i] = v.im;
-}
-
-inline void dft4(complexn a, complexn b, complexn c, complexn d, complexn* y) {
-    const complexn s = add(a, c), t = sub(a, c), u = add(b, d), v = turn(sub(b, d));
-    y[0] = add(s, u);
-    y[1] = add(t, v);
-    y[2] = sub(s, u);
-    y[3] = sub(t, v);
-}
-
-// One Stockham stage: sub-transforms of length n = radix·m, `s` of them interleaved; table: w_N^k at tw[k].
-inline void stage2(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
-                   __global const float2* tw) {
-    const int m = n / 2;
-    for (int p = 0; p < m; ++p) {
-        const float2 w = tw[p * s];
-        for (int q = 0; q < s; ++q) {
-            const complexn a = at(xr, xi, q + s * p), b = at(xr, xi, q + s * (p + m));
-            put(yr, yi, q + s * 2 * p, add(a, b));
-            put(yr, yi, q + s * (2 * p + 1), twiddle(sub(a, b), w));
-        }
-    }
-}
-
-inline void stage4(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
-                   __global const float2* tw) {
-    const int m = n / 4;
-    for (int p = 0; p < m; ++p) {
-        const float2 w1 = tw[p * s], w2 = tw[2 * p * s], w3 = tw[3 * p * s];
-        for (int q = 0; q < s; ++q) {
-            complexn y[4];
-            dft4(at(xr, xi, q + s * p), at(xr, xi, q + s * (p + m)), at(xr, xi, q + s * (p + 2 * m)),
-                 at(xr, xi, q + s * (p + 3 * m)), y);
-            const int o = q + s * 4 * p;
-            put(yr, yi, o, y[0]);
-            put(yr, yi, o + s, twiddle(y[1], w1));
-            put(yr, yi, o + 2 * s, twiddle(y[2], w2));
-            put(yr, yi, o + 3 * s, twiddle(y[3], w3));
-        }
-    }
-}
-
-inline void stage8(int n, int s, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
-                   __global const float2* tw) {
-    const int m = n / 8;
-    for (int p = 0; p < m; ++p) {
-        float2 w[8];
-        for (int k = 1; k < 8; ++k) w[k] = tw[k * p * s];
-        for (int q = 0; q < s; ++q) {
-            const int a = q + s * p, h = s * m;
-            complexn even[4], odd[4];
-            dft4(at(xr, xi, a), at(xr, xi, a + 2 * h), at(xr, xi, a + 4 * h), at(xr, xi, a + 6 * h), even);
-            dft4(at(xr, xi, a + h), at(xr, xi, a + 3 * h), at(xr, xi, a + 5 * h), at(xr, xi, a + 7 * h), odd);
-            // odd[k]·exp(√−1·SIGN·πk/4)
-            complexn t1 = turn(odd[1]), t3 = turn(odd[3]);
-            t1.re = (odd[1].re + t1.re) * SQRT_HALF;
-            t1.im = (odd[1].im + t1.im) * SQRT_HALF;
-            t3.re = (t3.re - odd[3].re) * SQRT_HALF;
-            t3.im = (t3.im - odd[3].im) * SQRT_HALF;
-            const complexn t2 = turn(odd[2]);
-            const int o = q + s * 8 * p;
-            put(yr, yi, o, add(even[0], odd[0]));
-            put(yr, yi, o + s, twiddle(add(even[1], t1), w[1]));
-            put(yr, yi, o + 2 * s, twiddle(add(even[2], t2), w[2]));
-            put(yr, yi, o + 3 * s, twiddle(add(even[3], t3), w[3]));
-            put(yr, yi, o + 4 * s, twiddle(sub(even[0], odd[0]), w[4]));
-            put(yr, yi, o + 5 * s, twiddle(sub(even[1], t1), w[5]));
-            put(yr, yi, o + 6 * s, twiddle(sub(even[2], t2), w[6]));
-            put(yr, yi, o + 7 * s, twiddle(sub(even[3], t3), w[7]));
-        }
-    }
-}
-
-// Odd radix by sums and differences of conjugate pairs.
-inline void stage_odd(int length, int radix, int n, int s, const REALN* xr, const REALN* xi, REALN* yr,
-                      REALN* yi, __global const float2* tw) {
-    const int m = n / radix, pairs = radix / 2, root = length / radix;
-    for (int p = 0; p < m; ++p)
-        for (int q = 0; q < s; ++q) {
-            const complexn x0 = at(xr, xi, q + s * p);
-            complexn sum[6], diff[6];
-            complexn total = x0;
-            for (int j = 0; j < pairs; ++j) {
-                const complexn a = at(xr, xi, q + s * (p + m * (j + 1)));
-                const complexn b = at(xr, xi, q + s * (p + m * (radix - 1 - j)));
-                sum[j] = add(a, b);
-                diff[j] = sub(a, b);
-                total = add(total, sum[j]);
-            }
-            const int o = q + s * radix * p;
-            put(yr, yi, o, total);
-            for (int k = 1; k <= pairs; ++k) {
-                complexn c = x0, d;
-                d.re = (REALN)(0.0f);
-                d.im = (REALN)(0.0f);
-                for (int j = 0; j < pairs; ++j) {
-                    const float2 w = tw[((j + 1) * k % radix) * root];
-                    c.re = fma(sum[j].re, (REALN)(w.x), c.re);
-                    c.im = fma(sum[j].im, (REALN)(w.x), c.im);
-                    d.re = fma(diff[j].re, (REALN)(w.y), d.re);
-                    d.im = fma(diff[j].im, (REALN)(w.y), d.im);
-                }
-                d = turn(d);
-                put(yr, yi, o + s * k, twiddle(add(c, d), tw[k * p * s]));
-                put(yr, yi, o + s * (radix - k), twiddle(sub(c, d), tw[(radix - k) * p * s]));
-            }
-        }
-}
-
-// The first stage of 8 where only the first `filled` values are not 0, no more than n/8: each is alone in its sums.
-inline void stage8_alone(int n, int filled, const REALN* xr, const REALN* xi, REALN* yr, REALN* yi,
-                         __global const float2* tw) {
-    for (int p = 0; p < filled; ++p) {
-        const complexn x = at(xr, xi, p);
-        put(yr, yi, 8 * p, x);
-        for (int k = 1; k < 8; ++k) put(yr, yi, 8 * p + k, twiddle(x, tw[k * p]));
-    }
-    for (int i = 8 * filled; i < n; ++i) yr[i] = yi[i] = (REALN)(0.0f);
-}
-
-// Transforms (ar, ai) using (br, bi) as room; true when the result is in (br, bi). Values from `filled` on stand for 0.
-inline int transform(int length, int filled, REALN* ar, REALN* ai, REALN* br, REALN* bi, __global const float2* tw) {
-    int n = length, s = 1, swapped = 0;
-    if (n % 8 == 0 && filled <= n / 8) {
-        stage8_alone(n, filled, ar, ai, br, bi, tw);
-        n /= 8;
-        s = 8;
-        swapped = 1;
-    } else {
-        for (int i = filled; i < n; ++i) ar[i] = ai[i] = (REALN)(0.0f);
-    }
-    while (n > 1) {
-        const REALN* xr = swapped ? br : ar;
-        const REALN* xi = swapped ? bi : ai;
-        REALN* yr = swapped ? ar : br;
-        REALN* yi = swapped ? ai : bi;
-        int radix;
-        if (n % 8 == 0) {
-            radix = 8;
-            stage8(n, s, xr, xi, yr, yi, tw);
-        } else if (n % 4 == 0) {
-            radix = 4;
-            stage4(n, s, xr, xi, yr, yi, tw);
-        } else if (n % 2 == 0) {
-            radix = 2;
-            stage2(n, s, xr, xi, yr, yi, tw);
-        } else {
-#if BTFIELD_FFT_ODD
-            radix = n % 3 == 0 ? 3 : n % 5 == 0 ? 5 : n % 7 == 0 ? 7 : n % 11 == 0 ? 11 : 13;
-            stage_odd(length, radix, n, s, xr, xi, yr, yi, tw);
-#else
-            radix = n;  // not reached: the length was a power of 2
-#endif
-        }
-        n /= radix;
-        s *= radix;
-        swapped ^= 1;
-    }
-    return swapped;
-}
-
-// Lanes of ky into rows of the layout between the passes, as many as there are.
+// Lanes of ky to the layout between the passes, as many as there are.
 inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re, __global float* mid_im,
-                       size_t row, int count, int length, int pitch_x) {
+                       size_t plane, int rows, int ky, int length, int pitch_x) {
     int done = 0;
 #if VW > 1
     for (; done + VW <= length; done += VW) {
@@ -239,8 +26,8 @@ inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re,
         transpose_lanes(i);
         UNROLL
         for (int l = 0; l < VW; ++l) {
-            if (l >= count) continue;
-            const size_t out = (row + l) * pitch_x + done;
+            if (ky + l >= rows) continue;
+            const size_t out = mid_at(plane, rows, pitch_x, ky + l, done);
             STOREN(r[l], mid_re + out);
             STOREN(i[l], mid_im + out);
         }
@@ -248,17 +35,17 @@ inline void store_rows(const REALN* re, const REALN* im, __global float* mid_re,
 #endif
     const float* sr = (const float*)re;
     const float* si = (const float*)im;
-    for (int l = 0; l < VW && l < count; ++l) {
-        const size_t out = (row + l) * pitch_x;
+    for (int l = 0; l < VW && ky + l < rows; ++l) {
         for (int k = done; k < length; ++k) {
-            mid_re[out + k] = sr[k * VW + l];
-            mid_im[out + k] = si[k * VW + l];
+            const size_t out = mid_at(plane, rows, pitch_x, ky + l, k);
+            mid_re[out] = sr[k * VW + l];
+            mid_im[out] = si[k * VW + l];
         }
     }
 }
 
-// The way back: rows row, row + 1 … last, the last one again and again, times `sign` in the imaginary part.
-inline void load_rows(__global const float* mid_re, __global const float* mid_im, size_t row, size_t last, int length,
+// The way back: from ky on, the last one again and again, times `sign` in the imaginary part.
+inline void load_rows(__global const float* mid_re, __global const float* mid_im, size_t plane, int rows, int ky, int length,
                       int pitch_x, float sign, REALN* re, REALN* im) {
     int done = 0;
 #if VW > 1
@@ -266,7 +53,7 @@ inline void load_rows(__global const float* mid_re, __global const float* mid_im
         REALN r[VW], i[VW];
         UNROLL
         for (int l = 0; l < VW; ++l) {
-            const size_t in = min(row + l, last) * pitch_x + done;
+            const size_t in = mid_at(plane, rows, pitch_x, min(ky + l, rows - 1), done);
             r[l] = LOADN(mid_re + in);
             i[l] = LOADN(mid_im + in) * sign;
         }
@@ -279,10 +66,10 @@ inline void load_rows(__global const float* mid_re, __global const float* mid_im
     float* xr = (float*)re;
     float* xi = (float*)im;
     for (int l = 0; l < VW; ++l) {
-        const size_t in = min(row + l, last) * pitch_x;
         for (int k = done; k < length; ++k) {
-            xr[k * VW + l] = mid_re[in + k];
-            xi[k * VW + l] = mid_im[in + k] * sign;
+            const size_t in = mid_at(plane, rows, pitch_x, min(ky + l, rows - 1), k);
+            xr[k * VW + l] = mid_re[in];
+            xi[k * VW + l] = mid_im[in] * sign;
         }
     }
 }
@@ -297,7 +84,8 @@ __kernel void fft_columns_inverse(__global const float* re, __global const float
     const int plane = (int)get_global_id(1);
     const int rows = height / 2 + 1;
     if (ky >= rows) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
     const size_t base = (size_t)(first + plane) * stride + ky;
     im += im_at;
     for (int k = 0; k < length; ++k) {
@@ -305,25 +93,26 @@ __kernel void fft_columns_inverse(__global const float* re, __global const float
         ai[k] = LOADN(im + base + (size_t)k * pitch_ky);
     }
     const int swapped = transform(length, length, ar, ai, br, bi, tw);
-    store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, (size_t)plane * rows + ky, rows - ky,
-               length, pitch_x);
+    store_rows(swapped ? br : ar, swapped ? bi : ai, mid_re, mid_im, plane, rows, ky, length, pitch_x);
 }
 #endif
 
 #ifdef BTFIELD_KERNEL_fft_rows_inverse
-// Inverse pass 2, length H: (mid_re, mid_im) → images from number `first` on. Work-item (two vectors of x, plane).
+// Inverse pass 2, length H: (mid_re, mid_im) → the first rows_out rows and `columns` columns of images from number `first` on,
+// of rows of `width` floats. Work-item (two vectors of x, plane).
 __kernel void fft_rows_inverse(__global const float* mid_re, __global const float* mid_im,
                                __global float* images, __global const float2* tw, int length, int width,
-                               int pitch_x, int first) {
+                               int rows_out, int columns, int pitch_x, int first) {
     const int x = (int)get_global_id(0) * 2 * VW;
     const int plane = (int)get_global_id(1);
-    if (x >= width) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    if (x >= columns) return;
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
     const int rows = length / 2 + 1;
-    const int left = width - x;
-    const size_t base = (size_t)plane * rows * pitch_x + x;
+    const int left = columns - x;
+    const size_t base = mid_at(plane, rows, pitch_x, 0, x);
     for (int k = 0; k < rows; ++k) {
-        const size_t i = base + (size_t)k * pitch_x;
+        const size_t i = base + (size_t)k * BLOCK;
         // c = a + √−1·b for the two columns a and b, and the same of the mirrored, conjugated bins.
         const REALN a_re = LOADN(mid_re + i), a_im = LOADN(mid_im + i);
         // Past the last column there is anything, NaN included: it must not reach a.
@@ -345,7 +134,7 @@ __kernel void fft_rows_inverse(__global const float* mid_re, __global const floa
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     __global float* out = images + (size_t)(first + plane) * length * width + x;
-    for (int r = 0; r < length; ++r) {
+    for (int r = 0; r < rows_out; ++r) {
         store_up_to(sr[r], out + (size_t)r * width, left);
         store_up_to(si[r], out + (size_t)r * width + VW, left - VW);
     }
@@ -360,7 +149,8 @@ __kernel void fft_rows_forward(__global const float* images, __global float* mid
     const int x = (int)get_global_id(0) * 2 * VW;
     const int plane = (int)get_global_id(1);
     if (x >= width) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
     const int left = width - x;
     __global const float* in = images + (size_t)plane * rows_in * width + x;
     for (int r = 0; r < rows_in; ++r) {
@@ -371,10 +161,10 @@ __kernel void fft_rows_forward(__global const float* images, __global float* mid
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
     const int rows = length / 2 + 1;
-    const size_t base = (size_t)plane * rows * pitch_x + x;
+    const size_t base = mid_at(plane, rows, pitch_x, 0, x);
     for (int k = 0; k < rows; ++k) {
         const int mirror = k == 0 ? 0 : length - k;
-        const size_t o = base + (size_t)k * pitch_x;
+        const size_t o = base + (size_t)k * BLOCK;
         STOREN((sr[k] + sr[mirror]) * 0.5f, mid_re + o);
         STOREN((si[k] - si[mirror]) * 0.5f, mid_im + o);
         STOREN((si[k] + si[mirror]) * 0.5f, mid_re + o + VW);
@@ -392,9 +182,9 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
     const int plane = (int)get_global_id(1);
     const int rows = height / 2 + 1;
     if (ky >= rows) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM];
-    const size_t first_row = (size_t)plane * rows;
-    load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, length, pitch_x, 1.0f, ar, ai);
+    REALN room[4 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
+    load_rows(mid_re, mid_im, plane, rows, ky, length, pitch_x, 1.0f, ar, ai);
     const int swapped = transform(length, length, ar, ai, br, bi, tw);
     const REALN* sr = swapped ? br : ar;
     const REALN* si = swapped ? bi : ai;
@@ -407,24 +197,24 @@ __kernel void fft_columns_forward(__global const float* mid_re, __global const f
 #endif
 
 #ifdef BTFIELD_KERNEL_fft_columns_correlate
-// Between forward pass 1 of patches and inverse pass 2 of scores, length W: patches (mid_re, mid_im), [patch][plane][ky] with
-// rows of `columns_in` values and pitch_in floats, and the sample's spectrum (re, im) → Σ_planes sample · conj(patch), inverse
-// pass 1 done, (out_re, out_im), [patch][ky]. For the +1 transform: it makes the conjugate of a forward one from conjugates.
-// Work-item (patch, vector of ky): patches one after the other find the sample's spectrum in the cache.
+// Between forward pass 1 of patches and inverse pass 2 of scores, length W: patches (mid_re, mid_im), [patch][plane] of
+// `columns_in` columns and pitch_in floats, and the sample's spectrum (re, im) → Σ_planes sample · conj(patch), inverse
+// pass 1 done, (out_re, out_im), [patch], columns_out columns of it. For the +1 transform: it makes the conjugate of a forward
+// one from conjugates. Work-item (patch, vector of ky): patches one after the other find the sample's spectrum in the cache.
 __kernel void fft_columns_correlate(__global const float* mid_re, __global const float* mid_im,
                                     __global const float* re, __global const float* im,
                                     __global float* out_re, __global float* out_im, __global const float2* tw,
                                     int length, int height, int patches, int planes, int columns_in,
-                                    int pitch_in, int pitch_ky, int pitch_x) {
+                                    int columns_out, int pitch_in, int pitch_ky, int pitch_x) {
     const int patch = (int)get_global_id(0);
     const int ky = (int)get_global_id(1) * VW;
     const int rows = height / 2 + 1;
     if (patch >= patches) return;
-    REALN ar[ROOM], ai[ROOM], br[ROOM], bi[ROOM], sum_re[ROOM], sum_im[ROOM];
-    for (int k = 0; k < length; ++k) sum_re[k] = sum_im[k] = (REALN)(0.0f);
+    REALN room[6 * APART];
+    REALN *ar = room, *ai = room + APART, *br = room + 2 * APART, *bi = room + 3 * APART;
+    REALN *sum_re = room + 4 * APART, *sum_im = room + 5 * APART;
     for (int plane = 0; plane < planes; ++plane) {
-        const size_t first_row = (size_t)(patch * planes + plane) * rows;
-        load_rows(mid_re, mid_im, first_row + ky, first_row + rows - 1, columns_in, pitch_in, -1.0f, ar, ai);
+        load_rows(mid_re, mid_im, (size_t)patch * planes + plane, rows, ky, columns_in, pitch_in, -1.0f, ar, ai);
         const int swapped = transform(length, columns_in, ar, ai, br, bi, tw);
         const REALN* pr = swapped ? br : ar;
         const REALN* pi = swapped ? bi : ai;
@@ -432,13 +222,16 @@ __kernel void fft_columns_correlate(__global const float* mid_re, __global const
         for (int k = 0; k < length; ++k) {
             const REALN fr = LOADN(re + base + (size_t)k * pitch_ky),
                         fi = LOADN(im + base + (size_t)k * pitch_ky);
-            sum_re[k] = fma(fr, pr[k], fma(-fi, pi[k], sum_re[k]));
-            sum_im[k] = fma(fr, pi[k], fma(fi, pr[k], sum_im[k]));
+            complexn sum;
+            sum.re = sum.im = (REALN)(0.0f);
+            if (plane > 0) sum = at(sum_re, sum_im, k);
+            sum.re = fma(fr, pr[k], fma(-fi, pi[k], sum.re));
+            sum.im = fma(fr, pi[k], fma(fi, pr[k], sum.im));
+            put(sum_re, sum_im, k, sum);
         }
     }
     const int swapped = transform(length, length, sum_re, sum_im, br, bi, tw);
-    store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, (size_t)patch * rows + ky,
-               rows - ky, length, pitch_x);
+    store_rows(swapped ? br : sum_re, swapped ? bi : sum_im, out_re, out_im, patch, rows, ky, columns_out, pitch_x);
 }
 #endif
 

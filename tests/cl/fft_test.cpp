@@ -152,32 +152,43 @@ void check_correlation(Device& device, FftBackend backend, Size size, Size patch
     const Buffer pixels = impl.upload(sample.values()), known = impl.upload(pieces.values());
     Spectrum spectrum = nan_spectrum(device, size, planes);
     fft.forward(impl, pixels, spectrum, planes);
-    Buffer scores = impl.upload(std::vector<float>(area(size) * patches, nan_value));
-    fft.correlate(impl, known, patch, patches, planes, spectrum, scores);
-    const std::vector<float> found = test::read_all<float>(device, scores);
+    std::vector<double> expected, most;
     for (int b = 0; b < patches; ++b) {
         double squares = 0.0;
         for (int p = 0; p < planes; ++p) squares += std::pow(norm(pieces.plane(b * planes + p)), 2);
         // Three transforms one after the other, of which the last sums N values of the size of the product.
-        const double most =
-            3.0 * bound(size, static_cast<double>(area(size)) * norm(sample.values()) * std::sqrt(squares));
+        most.push_back(
+            3.0 * bound(size, static_cast<double>(area(size)) * norm(sample.values()) * std::sqrt(squares)));
         for (int row = 0; row < size.height; ++row)
             for (int column = 0; column < size.width; ++column) {
-                double expected = 0.0;
+                double sum = 0.0;
                 for (int p = 0; p < planes; ++p)
                     for (int r = 0; r < patch.height; ++r)
                         for (int c = 0; c < patch.width; ++c)
-                            expected += static_cast<double>(pieces.at(b * planes + p, r, c)) *
-                                        static_cast<double>(
-                                            sample.at(p, (row + r) % size.height, (column + c) % size.width));
-                expected *= static_cast<double>(area(size));
-                const std::size_t i = (static_cast<std::size_t>(b) * static_cast<std::size_t>(size.height) +
-                                       static_cast<std::size_t>(row)) *
-                                          static_cast<std::size_t>(size.width) +
-                                      static_cast<std::size_t>(column);
-                ASSERT_LE(std::abs(static_cast<double>(found[i]) - expected), most)
-                    << "patch " << b << ", row " << row << ", column " << column;
+                            sum += static_cast<double>(pieces.at(b * planes + p, r, c)) *
+                                   static_cast<double>(
+                                       sample.at(p, (row + r) % size.height, (column + c) % size.width));
+                expected.push_back(static_cast<double>(area(size)) * sum);
             }
+    }
+    // All scores, and those of patches that do not go around.
+    for (const Size inside : {size, Size{size.height - patch.height + 1, size.width - patch.width + 1}}) {
+        Buffer scores = impl.upload(std::vector<float>(area(size) * patches, nan_value));
+        fft.correlate(impl, known, patch, patches, planes, spectrum, inside, scores);
+        const std::vector<float> found = test::read_all<float>(device, scores);
+        for (int b = 0; b < patches; ++b)
+            for (int row = 0; row < inside.height; ++row)
+                for (int column = 0; column < inside.width; ++column) {
+                    const std::size_t i =
+                        (static_cast<std::size_t>(b) * static_cast<std::size_t>(size.height) +
+                         static_cast<std::size_t>(row)) *
+                            static_cast<std::size_t>(size.width) +
+                        static_cast<std::size_t>(column);
+                    ASSERT_LE(std::abs(static_cast<double>(found[i]) - expected[i]),
+                              most[static_cast<std::size_t>(b)])
+                        << "patch " << b << ", row " << row << ", column " << column << " of "
+                        << test::text(inside);
+                }
     }
 }
 
@@ -221,6 +232,14 @@ TEST_P(FftWidths, LanesOfEveryLength) {
     }
 }
 
+TEST_P(FftWidths, LanesOfLongSides) {
+    // Two stages of 8 at once: alone, first, and after others.
+    for (const Size size : {Size{512, 3}, Size{2, 576}, Size{4096, 2}}) {
+        check(device_, FftBackend::lanes, size, 1);
+        if (HasFatalFailure()) return;
+    }
+}
+
 TEST_P(FftWidths, CorrelatesPatchesOfAnySize) {
     check_correlation(device_, FftBackend::lanes, {33, 26}, {33, 26}, 1);
     check_correlation(device_, FftBackend::lanes, {26, 45}, {1, 7}, 3);
@@ -229,6 +248,8 @@ TEST_P(FftWidths, CorrelatesPatchesOfAnySize) {
     check_correlation(device_, FftBackend::lanes, {64, 40}, {8, 5}, 2);
     check_correlation(device_, FftBackend::lanes, {64, 40}, {9, 6}, 2);
     check_correlation(device_, FftBackend::lanes, {72, 80}, {3, 10}, 1);
+    check_correlation(device_, FftBackend::lanes, {128, 192}, {32, 49}, 2);  // one side within a quarter
+    check_correlation(device_, FftBackend::lanes, {512, 64}, {96, 9}, 1);
 }
 
 TEST(Fft, ClFftCorrelates) {

@@ -70,6 +70,12 @@ Features features(Size size, int planes) {
     return features_of(std::span(&image, 1));
 }
 
+/// Position of the least among those that are not excluded, weights 1.
+std::size_t position_of_least(const Features& sample, const BlockQuery& query, Size patch, int radius) {
+    const std::vector<std::int64_t> all = all_differences(sample, query, patch, radius);
+    return static_cast<std::size_t>(std::min_element(all.begin(), all.end()) - all.begin());
+}
+
 class BlockSearchSmall : public testing::TestWithParam<int> {
   protected:
     Device device_ = test::device_of_width(GetParam());
@@ -122,6 +128,62 @@ TEST_P(BlockSearchWidths, ChoosesWithinTheTolerance) {
                 expected)
                 << "query " << i << ", " << planes << " planes";
         }
+    }
+}
+
+TEST(BlockSearch, FewerPlanesChooseTheSame) {
+    for (const float own : {0.0F, 0.3F}) {
+        Image image = test::mixed_texture({61, 70}, 3, 3);
+        for (std::size_t i = 0; i < image.plane(0).size(); ++i) {
+            image.plane(1)[i] = image.plane(0)[i] + own * image.plane(1)[i];
+            image.plane(2)[i] = image.plane(0)[i] - own * image.plane(2)[i];
+        }
+        const Features sample = features_of(std::span(&image, 1));
+        Device device;
+        BlockSearch search(device.impl(), sample);
+        ASSERT_LT(search.correlated_planes(), 3);
+        const Size patch{16, 13};
+        std::vector<BlockQuery> queries;
+        for (const Strips& strips : {Strips{0, 4, 0, 0}, Strips{4, 4, 0, 0}, Strips{3, 4, 3, 4}})
+            for (const Position at : {Position{3, 7}, Position{30, 48}, Position{45, 1}}) {
+                queries.push_back(query_at(sample, patch, at, strips, 60));
+                queries.back().excluded = {at};
+            }
+        const int radius = 4;
+        const std::vector<Position> found = search.find(queries, patch, radius, 0.0);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            EXPECT_EQ(static_cast<std::size_t>(found[i].row * (70 - 13 + 1) + found[i].column),
+                      position_of_least(sample, queries[i], patch, radius))
+                << "query " << i << ", own part " << own;
+    }
+}
+
+TEST(BlockSearch, CorrelatesMorePlanesWhereFewTellTooLittle) {
+    // The second plane holds little, but most of what there is outside of a corner.
+    const Image noise = test::random_image({96, 80}, 1);
+    Image image(noise.size(), 2, ColourSpace::linear);
+    for (int r = 0; r < 96; ++r)
+        for (int c = 0; c < 80; ++c) {
+            image.at(0, r, c) = r < 40 && c < 40 ? (r / 2 + c / 3) % 2 == 0 ? 1.0F : -1.0F : 0.0F;
+            image.at(1, r, c) = 0.05F * noise.at(0, r, c);
+        }
+    const Features sample = features_of(std::span(&image, 1));
+    Device device;
+    BlockSearch search(device.impl(), sample);
+    ASSERT_EQ(search.correlated_planes(), 1);
+    const Size patch{12, 12};
+    std::vector<BlockQuery> queries;
+    for (int i = 0; i < 20; ++i) {
+        queries.push_back(query_at(sample, patch, {45 + i, 3 * i}, {3, 3, 0, 0}, 9));
+        if (i % 2 == 0) queries.back().excluded = {{45 + i, 3 * i}};
+    }
+    for (int again = 0; again < 2; ++again) {
+        const std::vector<Position> found = search.find(queries, patch, 3, 0.0);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            EXPECT_EQ(static_cast<std::size_t>(found[i].row * (80 - 12 + 1) + found[i].column),
+                      position_of_least(sample, queries[i], patch, 3))
+                << "query " << i;
+        EXPECT_EQ(search.correlated_planes(), 2);
     }
 }
 
