@@ -125,7 +125,7 @@ ControlGrowth::ControlGrowth(Device& device, const CompoundModel& model) : sampl
     const Image look = looks(device, model, sample_);
     const int side = std::min(sample_.size.height, sample_.size.width);
     compare(device, look, side >= 2 * smallest_reduced_side ? 2 : 1);
-    if (block() > largest_block && side >= 4 * smallest_reduced_side) compare(device, look, 4);
+    if (block_ > largest_block && side >= 4 * smallest_reduced_side) compare(device, look, 4);
     if (scale_ == 1) return;
     const std::array<Image, 1> whole{main_planes(look)};
     cut_ = features_of(whole);
@@ -137,10 +137,7 @@ void ControlGrowth::compare(Device& device, const Image& look, int scale) {
     search_.reset();
     compared_ = features_of(compared);
     search_.emplace(device.impl(), compared_);
-}
-
-int ControlGrowth::block() const {
-    return usual_block_of(compared_) * scale_;
+    block_ = usual_block_of(compared_) * scale_;
 }
 
 ControlField ControlGrowth::grow(Size size, std::uint64_t seed, const std::function<void(double)>& progress) {
@@ -177,7 +174,7 @@ ControlField ControlGrowth::rolled(Size size, std::uint64_t seed,
     RollerOptions options;
     options.seed = seed;
     options.progress = progress;
-    const int side = (block() > largest_block ? smaller_block : block()) / scale_;
+    const int side = (block_ > largest_block ? smaller_block : block_) / scale_;
     QuiltPlan plan;
     SourceMap map = make_quilt(compared_, *search_,
                                {std::max(smallest_rolled_side, reduced(size.height)),

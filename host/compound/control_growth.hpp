@@ -34,13 +34,12 @@ class ControlGrowth {
   private:
     /// Sets up the search at 1 / scale of the resolution.
     void compare(Device& device, const Image& look, int scale);
-    /// The roller's own choice, pixels of the sample.
-    [[nodiscard]] int block() const;
     [[nodiscard]] ControlField rolled(Size size, std::uint64_t seed,
                                       const std::function<void(double)>& progress);
 
     ControlField sample_;  ///< a tile is continued beyond its edges
     int scale_ = 1;        ///< pixels of the sample to one of `compared_`, along each side
+    int block_ = 0;        ///< the roller's own choice, pixels of the sample
     Features compared_;    ///< what patches are found by
     Features cut_;         ///< what they are cut by, the sample's size; none where `compared_` has that
     std::optional<BlockSearch> search_;  ///< none of a single region
