@@ -86,6 +86,8 @@ function own_rank(    part, stem) {
 
 function check_include(text,    part, stem, room) {
     sub(/^# *include *["<]/, "", text)
+    if (text ~ /^Eigen\// && FILENAME ~ /^host\// && FILENAME !~ /^host\/base\/(eigen\.hpp|decompositions\.cpp)$/)
+        defect(FILENAME, FNR, "includes " text, "what it compiles anew stands for what eigen.cpp compiles once, and brings its whole room into the command")
     sub(/[">].*/, "", text)
     split(text, part, "/")
     stem = part[2]

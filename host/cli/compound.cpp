@@ -1,6 +1,7 @@
 #include "btfield/compound.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -43,6 +44,8 @@ struct CompoundFitArguments {
     JointArguments maps;
     CompoundOptions compound;
     Flattening flattening = Flattening::none;
+    const CLI::Option* averages = nullptr;
+    std::array<const CLI::Option*, 2> decrement{};  ///< of random decrement alone
     bool overwrite = false, json = false;
 };
 
@@ -264,8 +267,9 @@ void add_control_options(CLI::App& command, CompoundFitArguments& options) {
         ->group(group);
 }
 
-void add_local_options(CLI::App& command, CompoundOptions& compound) {
+void add_local_options(CLI::App& command, CompoundFitArguments& options) {
     const std::string group = "Regional models";
+    CompoundOptions& compound = options.compound;
     FitOptions& local = compound.local;
     add_choice(command, "--local", local.model, "random field of the regions (default: 3d-ma)")->group(group);
     add_int(command, "--order", local.order, 1, max_order, "order of its neighbourhood (default: 5)")
@@ -284,27 +288,36 @@ void add_local_options(CLI::App& command, CompoundOptions& compound) {
     add_choice(command, "--marginals", local.marginals,
                "keep the regions' histograms, or model values as they are (default: match)")
         ->group(group);
-    CLI::Option* averages =
+    options.averages =
         add_choice(command, "--averages", compound.averages,
                    "ma: root of the region's spectrum, or P1's random decrement (default: sr, but rd with "
                    "one of the two below)")
             ->group(group);
-    const CLI::Option* threshold =
+    options.decrement[0] =
         add_positive(command, "--threshold", local.moving_average.threshold,
                      "rd: pixels this many standard deviations above the mean are significant (default: 0.5)")
             ->group(group);
-    const CLI::Option* significance =
+    options.decrement[1] =
         add_choice(command, "--significance", local.moving_average.rule,
                    "rd: they need a neighbour below in both directions (p4) or in any (p1) (default: p4)")
             ->group(group);
-    command.final_callback([&compound, averages, threshold, significance] {
-        if (threshold->count() + significance->count() == 0) return;
-        if (averages->count() > 0 && compound.averages == AveragesEstimator::spectral_root)
-            throw CLI::ValidationError("--averages",
-                                       "sr has no significant pixels: leave out --threshold and "
-                                       "--significance, or take rd");
-        compound.averages = AveragesEstimator::random_decrement;
-    });
+}
+
+/// What the options of moving averages say together.
+void settle_averages(CompoundFitArguments& options) {
+    const bool decrement = options.decrement[0]->count() + options.decrement[1]->count() > 0;
+    if (!decrement && options.averages->count() == 0) return;
+    CompoundOptions& compound = options.compound;
+    if (const auto kind = compound.local.model; kind != ModelKind::ma2d && kind != ModelKind::ma3d)
+        throw CLI::ValidationError(
+            decrement ? "--threshold, --significance" : "--averages",
+            std::string("models of kind ") + std::string(name(kind)) +
+                " have no moving averages: leave it out, or take --local 3d-ma or 2d-ma");
+    if (decrement && options.averages->count() > 0 && compound.averages == AveragesEstimator::spectral_root)
+        throw CLI::ValidationError(
+            "--averages",
+            "sr has no significant pixels: leave out --threshold and --significance, or take rd");
+    if (decrement) compound.averages = AveragesEstimator::random_decrement;
 }
 
 void add_compound_fit(CLI::App& parent, Action& action) {
@@ -325,7 +338,7 @@ void add_compound_fit(CLI::App& parent, Action& action) {
                "what regional models describe: deviations from the conditional mean, or from regional means, "
                "with pixels swapped along borders or not (default: conditional)");
     add_control_options(*command, *options);
-    add_local_options(*command, options->compound);
+    add_local_options(*command, *options);
     add_crop(*command, "--crop", options->reading.crop, "fit this rectangle of the picture only");
     add_flattening(*command, options->flattening);
     add_reading(*command, options->reading);
@@ -340,7 +353,10 @@ void add_compound_fit(CLI::App& parent, Action& action) {
                         {"btfield compound fit bark.png -o own.json --labels b5.png"},
                         {"btfield compound fit bark.png -o p1.json --regions 5 --borders swap",
                          "P1's borders; docs/compound.md has all of its form"}}});
-    command->callback([options, &action] { action = [options] { run_fit(*options); }; });
+    command->callback([options, &action] {
+        settle_averages(*options);
+        action = [options] { run_fit(*options); };
+    });
 }
 
 struct CompoundEditArguments {

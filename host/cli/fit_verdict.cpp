@@ -17,6 +17,8 @@ constexpr int largest_judged = 512;
 constexpr double noticeable_lag_error = 0.06;
 /// Correlations that are further off are not kept.
 constexpr double largest_lag_error = 0.2;
+/// From this structure distance on a texture with regions looks like one without.
+constexpr double lost_by_regions = 0.3;
 /// Share of a deviation that must be missing, or too much, to be told; and to be called a loss.
 constexpr double noticeable_deviation = 0.05, largest_deviation = 0.15;
 
@@ -349,9 +351,12 @@ std::string verdict_text(const FitVerdict& verdict, const CompoundModel& model) 
         text += deviations.text + ".\n";
     const std::string distance = distances_text(verdict);
     if (verdict.loses_shapes())
-        text += "Shapes are kept in part: " + distance +
-                ". Another number of --regions may come nearer; 'btfield roll' lays the picture's own "
-                "patches, and needs the picture.\n";
+        text += (verdict.structure_distance > lost_by_regions ? "It loses shapes: "
+                                                              : "Shapes are kept in part: ") +
+                distance +
+                (model.borders != Borders::conditional ? ". --borders conditional keeps more"
+                                                       : ". Another number of --regions may come nearer") +
+                "; 'btfield roll' lays the picture's own patches, and needs the picture.\n";
     else if (std::isfinite(verdict.structure_distance))
         text += "It keeps shapes: " + distance + ".\n";
     return text;

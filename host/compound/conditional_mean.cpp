@@ -16,9 +16,14 @@ using std::size_t;
 
 /// Pixels that the regression looks at: far more than it has unknowns.
 constexpr size_t most_observations = 65536;
-/// Relative to the number of observations. Labels and their smoothed forms nearly repeat each other; of 1e-4,
-/// 1e-5, 1e-6 and 1e-7 it makes no difference to what is explained, and weights stay small.
-constexpr double ridge = 1e-6;
+/// Relative to the number of observations. Labels and their smoothed forms nearly repeat each other; of up to
+/// 1e-4 it makes no difference to what is explained where there are pixels enough, and weights stay small. Where
+/// there are few, weights that fit them fit nothing else, and textures have too much contrast.
+constexpr std::array<double, 6> ridges{1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
+/// Parts of the picture, bands of rows, each of which is told from the others.
+constexpr size_t folds = 4;
+/// Of ridges whose errors are the least or hardly more, the largest counts.
+constexpr double hardly_more = 1.002;
 /// The pixel itself and what is smoothed; pairs of neighbours come after.
 constexpr int smoothed_filters = context_filters - context_pairs;
 
@@ -122,31 +127,38 @@ class Observations {
         }
     }
 
-    /// Sums of all products of two rows.
-    [[nodiscard]] RowMajorMatrix products() const {
-        constexpr size_t chunk = 512, chunks_per_block = 16;
+    /// Sums of all products of two rows, over each fold.
+    [[nodiscard]] std::vector<RowMajorMatrix> products() const {
+        constexpr size_t chunk = 512, chunks_per_block = 8;
         const auto rows = static_cast<Eigen::Index>(rows_);
-        const size_t chunks = (pixels_.size() + chunk - 1) / chunk;
-        const size_t blocks = (chunks + chunks_per_block - 1) / chunks_per_block;
-        std::vector<RowMajorMatrix> parts(blocks);
-        for_each_block(static_cast<int>(blocks), [&](int block) {
-            RowMajorMatrix& sum = parts[static_cast<size_t>(block)];
+        struct Block {
+            size_t fold, begin, end;
+        };
+        std::vector<Block> blocks;
+        for (size_t fold = 0; fold < folds; ++fold) {
+            const size_t end = pixels_.size() * (fold + 1) / folds;
+            for (size_t at = pixels_.size() * fold / folds; at < end; at += chunk * chunks_per_block)
+                blocks.push_back({fold, at, std::min(end, at + chunk * chunks_per_block)});
+        }
+        std::vector<RowMajorMatrix> parts(blocks.size());
+        for_each_block(static_cast<int>(blocks.size()), [&](int n) {
+            const Block& block = blocks[static_cast<size_t>(n)];
+            RowMajorMatrix& sum = parts[static_cast<size_t>(n)];
             sum = RowMajorMatrix::Zero(rows, rows);
-            const size_t first = static_cast<size_t>(block) * chunks_per_block;
-            for (size_t c = first; c < std::min(chunks, first + chunks_per_block); ++c) {
-                const size_t begin = c * chunk, count = std::min(chunk, pixels_.size() - begin);
+            for (size_t begin = block.begin; begin < block.end; begin += chunk) {
+                const size_t count = std::min(chunk, block.end - begin);
                 RowMajorMatrix z(rows, static_cast<Eigen::Index>(count));
                 for (size_t i = 0; i < rows_; ++i)
-                    for (size_t n = 0; n < count; ++n)
-                        z(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(n)) =
-                            static_cast<double>(values_[i * pixels_.size() + begin + n]);
+                    for (size_t j = 0; j < count; ++j)
+                        z(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+                            static_cast<double>(values_[i * pixels_.size() + begin + j]);
                 const RowMajorMatrix transposed = z.transpose();
                 add_product(z, transposed, sum);
             }
         });
-        RowMajorMatrix sum = RowMajorMatrix::Zero(rows, rows);
-        for (const RowMajorMatrix& part : parts) sum += part;
-        return sum;
+        std::vector<RowMajorMatrix> sums(folds, RowMajorMatrix::Zero(rows, rows));
+        for (size_t n = 0; n < blocks.size(); ++n) sums[blocks[n].fold] += parts[n];
+        return sums;
     }
     [[nodiscard]] size_t unknowns() const { return unknowns_; }
     [[nodiscard]] size_t count() const { return pixels_.size(); }
@@ -185,6 +197,73 @@ class Observations {
     std::vector<float> values_;
 };
 
+/// Ridge regression of the planes on the unknowns.
+class Regression {
+  public:
+    /// \param products of unknowns, the constant last, and planes, over each fold
+    Regression(std::vector<RowMajorMatrix> products, size_t unknowns, size_t count)
+        : products_(std::move(products)),
+          sum_(products_.front()),
+          unknowns_(static_cast<Eigen::Index>(unknowns)),
+          planes_(sum_.rows() - unknowns_),
+          count_(static_cast<double>(count)) {
+        for (size_t fold = 1; fold < products_.size(); ++fold) sum_ += products_[fold];
+    }
+
+    /// [unknown][plane], with the ridge that tells folds best.
+    [[nodiscard]] Eigen::MatrixXd solve() const {
+        std::array<double, ridges.size()> errors{};
+        for_each_block(static_cast<int>(ridges.size()), [&](int n) {
+            errors[static_cast<size_t>(n)] = error_of(ridges[static_cast<size_t>(n)]);
+        });
+        size_t chosen = 0;
+        const double least = *std::min_element(errors.begin(), errors.end());
+        for (size_t n = 0; n < ridges.size(); ++n)
+            if (errors[n] <= hardly_more * least) chosen = n;
+        return solution(sum_, ridges[chosen] * count_);
+    }
+
+  private:
+    [[nodiscard]] Eigen::MatrixXd solution(const RowMajorMatrix& products, double diagonal) const {
+        Eigen::MatrixXd system = products.topLeftCorner(unknowns_, unknowns_);
+        for (Eigen::Index i = 0; i + 1 < unknowns_; ++i) system(i, i) += diagonal;
+        // An empty fold's neighbours may say nothing of the constant.
+        if (!(system(unknowns_ - 1, unknowns_ - 1) > 0.0)) system(unknowns_ - 1, unknowns_ - 1) = 1.0;
+        const Cholesky factor(system);
+        Eigen::MatrixXd result(unknowns_, planes_);
+        for (Eigen::Index p = 0; p < planes_; ++p) {
+            const Eigen::VectorXd right = products.col(unknowns_ + p).head(unknowns_);
+            result.col(p) = factor.solve(right);
+        }
+        return result;
+    }
+
+    /// Squared error of each fold by what the others tell, over that of the planes' means, summed.
+    [[nodiscard]] double error_of(double ridge) const {
+        double sum = 0.0;
+        for (const RowMajorMatrix& own : products_) {
+            const double held = own(unknowns_ - 1, unknowns_ - 1);
+            const RowMajorMatrix others = sum_ - own;
+            const Eigen::MatrixXd weights = solution(others, ridge * (count_ - held));
+            const Eigen::MatrixXd inner = own.topLeftCorner(unknowns_, unknowns_);
+            for (Eigen::Index p = 0; p < planes_; ++p) {
+                const Eigen::VectorXd w = weights.col(p), right = own.col(unknowns_ + p).head(unknowns_);
+                const Eigen::VectorXd image = inner * w;
+                const double mean = sum_(unknowns_ - 1, unknowns_ + p) / count_;
+                const double variance = sum_(unknowns_ + p, unknowns_ + p) / count_ - mean * mean;
+                const double error = own(unknowns_ + p, unknowns_ + p) - 2.0 * w.dot(right) + w.dot(image);
+                if (variance > 0.0) sum += error / variance;
+            }
+        }
+        return sum;
+    }
+
+    std::vector<RowMajorMatrix> products_;
+    RowMajorMatrix sum_;
+    Eigen::Index unknowns_, planes_;
+    double count_;
+};
+
 /// Models are kept in float32: what is fitted is what a file gives back.
 double kept(double value) {
     return static_cast<double>(static_cast<float>(value));
@@ -200,23 +279,20 @@ std::array<double, 3> smoothing_taps(int scale) {
 
 MeanWeights fit_conditional_mean(const Image& image, const ControlField& field) {
     const Observations observations(image, field);
-    const RowMajorMatrix products = observations.products();
-    const auto n = static_cast<Eigen::Index>(observations.unknowns());
-    Eigen::MatrixXd system = products.topLeftCorner(n, n);
-    for (Eigen::Index i = 0; i + 1 < n; ++i)
-        system(i, i) += ridge * static_cast<double>(observations.count());
-    const Cholesky factor(system);
+    const Regression regression(observations.products(), observations.unknowns(), observations.count());
+    const Eigen::MatrixXd solution = regression.solve();
     const auto d = static_cast<size_t>(image.planes());
     const size_t per_region = static_cast<size_t>(context_filters);
+    const auto n = static_cast<Eigen::Index>(observations.unknowns());
     MeanWeights result;
     result.regions.assign(static_cast<size_t>(field.regions), std::vector<double>(per_region * d));
     for (size_t p = 0; p < d; ++p) {
-        const Eigen::VectorXd right = products.col(n + static_cast<Eigen::Index>(p)).head(n);
-        const Eigen::VectorXd solution = factor.solve(right);
-        result.mean.push_back(kept(solution[n - 1]));
+        const auto plane = static_cast<Eigen::Index>(p);
+        result.mean.push_back(kept(solution(n - 1, plane)));
         for (size_t k = 0; k < result.regions.size(); ++k)
             for (size_t f = 0; f < per_region; ++f)
-                result.regions[k][f * d + p] = kept(solution[static_cast<Eigen::Index>(k * per_region + f)]);
+                result.regions[k][f * d + p] =
+                    kept(solution(static_cast<Eigen::Index>(k * per_region + f), plane));
     }
     return result;
 }

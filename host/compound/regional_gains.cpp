@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <variant>
 
 #include "btfield/pyramid.hpp"
 #include "host/analysis/lag_matrices.hpp"
@@ -27,9 +28,8 @@ constexpr double largest_gain = 4.0;
 
 /// What one level of every region becomes at full size, over some seeds.
 struct GrownLevel {
-    std::vector<MatrixXd> covariance;  ///< C(0) of each region
-    /// [level][region]: its variance in each level of the pyramid
-    std::vector<std::vector<double>> variances;
+    std::vector<MatrixXd> covariance;            ///< C(0) of each region
+    std::vector<std::vector<double>> variances;  ///< in each level of the pyramid, [region][plane]
 };
 
 class LevelGrowth {
@@ -55,13 +55,15 @@ class LevelGrowth {
                 sum = sum.size() == 0 ? own : MatrixXd(sum + own);
             }
             if (!in_levels) continue;
-            result.variances.resize(static_cast<size_t>(levels), std::vector<double>(regions_.size(), 0.0));
+            result.variances.resize(
+                static_cast<size_t>(levels),
+                std::vector<double>(regions_.size() * static_cast<size_t>(image.planes()), 0.0));
             const std::vector<Image> pyramid = decompose(*device_, image, levels, factor_);
             int step = 1;
             for (size_t l = 0; l < pyramid.size(); ++l, step *= factor_) {
                 const std::vector<double> own =
                     regional_variances(pyramid[l], coarse_labels(*field_, step), field_->regions);
-                for (size_t k = 0; k < own.size(); ++k) result.variances[l][k] += share * own[k];
+                for (size_t n = 0; n < own.size(); ++n) result.variances[l][n] += share * own[n];
             }
         }
         return result;
@@ -95,14 +97,20 @@ class LevelGrowth {
 
 /// Squares of the gains for which what the levels add up to has these variances in the pyramid, or what comes
 /// nearest to them in proportion; all 1 where a level does not vary.
-VectorXd squared_gains(const std::vector<GrownLevel>& grown, size_t region,
-                       const std::vector<std::vector<double>>& wanted) {
+/// \param first, count which numbers of a level count, together
+VectorXd squared_gains(const std::vector<GrownLevel>& grown, const std::vector<std::vector<double>>& wanted,
+                       size_t first, size_t count) {
     const auto levels = static_cast<Index>(grown.size());
+    const auto sum = [&](const std::vector<double>& variances) {
+        double result = 0.0;
+        for (size_t n = first; n < first + count; ++n) result += variances[n];
+        return result;
+    };
     MatrixXd system(levels, levels);
     for (Index m = 0; m < levels; ++m) {
-        const double variance = wanted[static_cast<size_t>(m)][region];
+        const auto at = static_cast<size_t>(m);
         for (Index l = 0; l < levels; ++l)
-            system(m, l) = grown[static_cast<size_t>(l)].variances[static_cast<size_t>(m)][region] / variance;
+            system(m, l) = sum(grown[static_cast<size_t>(l)].variances[at]) / sum(wanted[at]);
     }
     const VectorXd one = VectorXd::Ones(levels);
     if (!system.allFinite()) return one;
@@ -110,15 +118,55 @@ VectorXd squared_gains(const std::vector<GrownLevel>& grown, size_t region,
     return non_negative_least_squares(system, one).cwiseMax(1.0 / largest).cwiseMin(largest);
 }
 
+double kept(double value) {
+    return static_cast<double>(static_cast<float>(value));
+}
+
+/// Multiplies what each plane of a level of moving averages becomes.
+void scale_planes(LevelModel& level, const VectorXd& gains) {
+    Index first = 0;
+    for (Model& part : level.models) {
+        auto& model = std::get<MaModel>(part);
+        const auto d = static_cast<size_t>(model.planes);
+        for (size_t n = 0; n < model.coefficients.size(); ++n)
+            model.coefficients[n] =
+                kept(gains[first + static_cast<Index>(n / d % d)] * model.coefficients[n]);
+        first += model.planes;
+    }
+}
+
+/// Gives a region's levels its proportions; C(0) of what they add up to then.
+MatrixXd balance_region(TextureModel& residual, const std::vector<GrownLevel>& grown, size_t region,
+                        const std::vector<std::vector<double>>& wanted) {
+    const Index planes = grown.front().covariance[region].rows();
+    const auto d = static_cast<size_t>(planes);
+    const bool averages = family(residual.kind) == Family::ma;
+    MatrixXd gains(planes, static_cast<Index>(grown.size()));  // [plane][level]
+    for (Index p = 0; p < planes; ++p) {
+        const size_t first = region * d + (averages ? static_cast<size_t>(p) : 0);
+        gains.row(p) = squared_gains(grown, wanted, first, averages ? 1 : d).cwiseSqrt().transpose();
+    }
+    MatrixXd sum = MatrixXd::Zero(planes, planes);
+    for (size_t l = 0; l < grown.size(); ++l) {
+        const VectorXd own = gains.col(static_cast<Index>(l));
+        sum += own.asDiagonal() * grown[l].covariance[region] * own.asDiagonal();
+        if (averages)
+            scale_planes(residual.levels[l], own);
+        else
+            residual.levels[l].gain = kept(own[0]);
+    }
+    return sum;
+}
+
 }  // namespace
 
 std::vector<double> regional_variances(const Image& image, std::span<const std::uint8_t> labels,
                                        int regions) {
-    const auto k = static_cast<size_t>(regions);
-    std::vector<double> counts(k, 0.0), result(k, 0.0);
+    const auto k = static_cast<size_t>(regions), d = static_cast<size_t>(image.planes());
+    std::vector<double> counts(k, 0.0), result(k * d, 0.0);
     for (const std::uint8_t label : labels) counts[label] += 1.0;
-    for (int p = 0; p < image.planes(); ++p) {
-        const std::span<const float> plane = image.plane(p);
+    for (size_t p = 0; p < d; ++p) {
+        const std::span<const float> plane = image.plane(static_cast<int>(p));
         std::vector<double> sums(k, 0.0), squares(k, 0.0);
         for (size_t n = 0; n < plane.size(); ++n) {
             const auto value = static_cast<double>(plane[n]);
@@ -128,7 +176,7 @@ std::vector<double> regional_variances(const Image& image, std::span<const std::
         for (size_t i = 0; i < k; ++i) {
             if (counts[i] == 0.0) continue;
             const double mean = sums[i] / counts[i];
-            result[i] += squares[i] / counts[i] - mean * mean;
+            result[i * d + p] = squares[i] / counts[i] - mean * mean;
         }
     }
     return result;
@@ -157,20 +205,16 @@ void balance_levels(Device& device, const Image& planes, const ControlField& fie
     const auto wanted = regional_covariances(planes, field.labels, field.regions, {}, PairCount::pairs);
     for (size_t k = 0; k < residuals.size(); ++k) {
         TextureModel& residual = residuals[k];
-        const VectorXd squares = balanced ? squared_gains(grown, k, variances)
-                                          : VectorXd(VectorXd::Ones(static_cast<Index>(levels)));
         MatrixXd sum = MatrixXd::Zero(planes.planes(), planes.planes());
-        for (size_t l = 0; l < levels; ++l) {
-            const double square = squares[static_cast<Index>(l)];
-            sum += square * grown[l].covariance[k];
-            residual.levels[l].gain = static_cast<double>(static_cast<float>(std::sqrt(square)));
-        }
+        if (balanced)
+            sum = balance_region(residual, grown, k, variances);
+        else
+            for (const GrownLevel& level : grown) sum += level.covariance[k];
         const MatrixXd target = lag_zero(wanted[k]);
         if (!residual.marginals.empty()) {
             const MatrixXd m = matching_matrix(sum, target);
             residual.whitening.clear();
-            for (const double value : m.reshaped())
-                residual.whitening.push_back(static_cast<double>(static_cast<float>(value)));
+            for (const double value : m.reshaped()) residual.whitening.push_back(kept(value));
             continue;
         }
         const double gain = std::sqrt(target.trace() / sum.trace());

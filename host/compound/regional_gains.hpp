@@ -9,7 +9,7 @@
 
 namespace btfield::detail {
 
-/// Variances of regions, summed over planes.
+/// Variances of regions, [region][plane].
 [[nodiscard]] std::vector<double> regional_variances(const Image& image, std::span<const std::uint8_t> labels,
                                                      int regions);
 
@@ -17,10 +17,11 @@ namespace btfield::detail {
 [[nodiscard]] std::vector<std::uint8_t> coarse_labels(const ControlField& field, int step);
 
 /// Each level is grown on the sample's own labels. With GainMode::match, gains give what they add up to the
-/// variances that the residual's levels have, region by region. Then it gets the residual's covariances at lag
+/// variances that the residual's levels have, region by region and, of moving averages, plane by plane: those
+/// multiply their coefficients. Then it gets the residual's covariances at lag
 /// 0, where there are marginals, and its variance elsewhere.
 /// \param planes    what the regional models were fitted to
-/// \param variances [level][region] of its pyramid
+/// \param variances [level] of its pyramid, as regional_variances() has them
 void balance_levels(Device& device, const Image& planes, const ControlField& field,
                     const std::vector<std::vector<double>>& variances, GainMode gains,
                     std::vector<TextureModel>& residuals);

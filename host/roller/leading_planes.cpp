@@ -1,7 +1,8 @@
 #include "host/roller/leading_planes.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
+
+#include "host/base/eigen.hpp"
 
 namespace btfield::detail {
 namespace {

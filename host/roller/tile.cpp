@@ -85,11 +85,11 @@ std::vector<int> tile_sides(std::optional<int> given, int sample, int length, in
     const int most = sample - overlap;
     if (given) {
         if (*given > most)
-            throw InputError(
-                asked,
-                "a side of " + std::to_string(*given) + " and an overlap of " + std::to_string(overlap) +
-                    " out of " + counted(sample, "pixel"),
-                "ask for at most " + std::to_string(most) + ", or for a quilt, which has any size");
+            throw InputError(asked,
+                             "a side of " + std::to_string(*given) + " and an overlap of " +
+                                 std::to_string(overlap) + " out of " + counted(sample, "pixel"),
+                             "ask for at most " + std::to_string(most) +
+                                 " with such an overlap, or for a quilt, which has any size");
         return {*given};
     }
     const int end = std::max(std::min(smallest_rolled_side, most), most / parts);

@@ -168,6 +168,17 @@ TEST(CliCommand, NearMisses) {
 // The road
 // -----------------------------------------------------------------------------------------------------
 
+TEST(CliCommand, PicturesOfTheModuleAreReadAndWritten) {
+    const TemporaryFolder folder;
+    const Surroundings here{.folder = folder.path().string()};
+    expect_object({"fit", data + "/cork-xyz.exr", "-o", "xyz.json"}, here);
+    expect_object({"fit", data + "/cork.png", "-o", "cork.json"}, here);
+    for (const char* name : {"cork.exr", "cork.tif", "cork.jpg"}) {
+        expect_object({"synth", "cork.json", "-o", name, "--size", "32"}, here);
+        EXPECT_EQ(read_picture(folder / name).image.size(), (Size{32, 32})) << name;
+    }
+}
+
 TEST(CliCommand, FromPictureToTexture) {
     const TemporaryFolder folder;
     const Surroundings here{.folder = folder.path().string()};

@@ -222,6 +222,23 @@ TEST(ConditionalMeanFit, PicturesThatLabelsDoNotTellAreLeftAlone) {
     }
 }
 
+TEST(ConditionalMeanFit, WeightsOfFewPixelsFitOtherLabelsToo) {
+    // 409 unknowns of 40² pixels, two thirds of what varies noise: labels of the same kind elsewhere must not get
+    // more variance than the picture's.
+    const ControlField field = test::patchy_labels({40, 40}, 24),
+                       other = test::patchy_labels({64, 64}, 24, 8);
+    Image image = test::random_image(field.size, 1, 0.0F);
+    for (size_t n = 0; n < field.labels.size(); ++n)
+        image.plane(0)[n] += 0.1F * static_cast<float>(field.labels[n] % 7);
+    const double all = variance_of({image.values().begin(), image.values().end()});
+    const MeanWeights found = fit_conditional_mean(image, field);
+    const auto share = [&](const ControlField& labels) {
+        return variance_of(reference::conditional_mean(found.mean, found.regions, labels)[0].values) / all;
+    };
+    EXPECT_LT(share(other), 1.0);
+    EXPECT_NEAR(share(other), share(field), 0.3);
+}
+
 TEST(ConditionalMeanFit, SmallPicturesHaveWeightsToo) {
     for (const Size size : {Size{1, 1}, Size{1, 7}, Size{9, 2}, Size{12, 13}}) {
         SCOPED_TRACE(test::text(size));
