@@ -17,8 +17,8 @@ using std::size_t;
 /// Pixels that the regression looks at: far more than it has unknowns.
 constexpr size_t most_observations = 65536;
 /// Relative to the number of observations. Labels and their smoothed forms nearly repeat each other; of up to
-/// 1e-4 it makes no difference to what is explained where there are pixels enough, and weights stay small. Where
-/// there are few, weights that fit them fit nothing else, and textures have too much contrast.
+/// 1e-4 it makes no difference to what is explained where there are pixels enough, and weights stay small.
+/// Where there are few, weights that fit them fit nothing else, and textures have too much contrast.
 constexpr std::array<double, 6> ridges{1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
 /// Parts of the picture, bands of rows, each of which is told from the others.
 constexpr size_t folds = 4;

@@ -21,9 +21,9 @@ namespace {
 using std::size_t;
 
 /// The roller looks for patches at half resolution where this many pixels remain on a side, which takes a
-/// quarter of the time; cuts follow at full resolution, as steps of some pixels show. Of large structures a quarter of the
-/// resolution is as good (patch distances of textures: bark 0.053 for 0.050, rock 0.067 for 0.062, moss 0.085
-/// for 0.096), of small ones it is not (gravel 0.053 for 0.044, sand 0.058 for 0.043).
+/// quarter of the time; cuts follow at full resolution, as steps of some pixels show. Of large structures a
+/// quarter of the resolution is as good (patch distances of textures: bark 0.053 for 0.050, rock 0.067 for
+/// 0.062, moss 0.085 for 0.096), of small ones it is not (gravel 0.053 for 0.044, sand 0.058 for 0.043).
 constexpr int smallest_reduced_side = 128;
 /// Directions of colour with less than this share of the variance do not decide where cuts run.
 constexpr double smallest_compared_share = 0.05;

@@ -19,8 +19,8 @@ using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using std::size_t;
 
-/// Frequencies along an axis: enough for all lags of the box, and as many again so that the root's tails do not
-/// come round to the support.
+/// Frequencies along an axis: enough for all lags of the box, and as many again so that the root's tails do
+/// not come round to the support.
 int frequencies(int box) {
     return 4 * box + 2;
 }

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 using std::size_t;
 
 constexpr std::array<std::uint64_t, 2> balance_seeds{0x5ca1ab1e, 0x0ddba11};
-/// What other regions' coarse levels bring along can be more than a region has there: some is left of its own.
+/// What other regions' coarse levels bring along can be more than a region has there: some of its own stays.
 constexpr double largest_gain = 4.0;
 
 /// What one level of every region becomes at full size, over some seeds.

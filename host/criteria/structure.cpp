@@ -108,6 +108,10 @@ RowMajorMatrix projected(const RowMajorMatrix& patches, const RowMajorMatrix& on
     return result;
 }
 
+/// Of projections, in deviations of A's pixels: what hardly varies, as regular patterns at coarser scales, is
+/// not to count more than all the rest.
+constexpr double least_deviation = 0.02;
+
 /// Mean over the columns of the distance of transport between the two sets of numbers, in A's deviations.
 double transport(const RowMajorMatrix& a, const RowMajorMatrix& b) {
     std::vector<double> of_column(static_cast<size_t>(a.cols()));
@@ -126,7 +130,8 @@ double transport(const RowMajorMatrix& a, const RowMajorMatrix& b) {
         }
         const double count = static_cast<double>(x.size()), mean = sum / count;
         for (const double v : x) squares += (v - mean) * (v - mean);
-        of_column[static_cast<size_t>(k)] = distance / count / (std::sqrt(squares / count) + 1e-6);
+        of_column[static_cast<size_t>(k)] =
+            distance / count / std::max(std::sqrt(squares / count), least_deviation);
     });
     double total = 0.0;
     for (const double v : of_column) total += v;
@@ -174,7 +179,8 @@ double structure_distance(const Image& a, const Image& b) {
     Image first = scaled(a, comparison), second = scaled(b, comparison);
     double sum = 0.0;
     int terms = 0;
-    for (int scale = 0; scale < scales && shortest_side(first, second) >= patch_side; ++scale) {
+    for (int scale = 0; scale < scales && shortest_side(first, second) >= (scale == 0 ? 1 : 2) * patch_side;
+         ++scale) {
         const size_t count = std::min(most_patches, std::min(area(first.size()), area(second.size())));
         std::vector<double> fractions(2 * count);
         for (double& fraction : fractions) fraction = random.uniform();

@@ -37,9 +37,9 @@ struct Comparison {
 [[nodiscard]] BTFIELD_API std::vector<double> quantile_errors(const Image& a, const Image& b);
 
 /// What covariances and histograms do not see (theory 15.5): how far the 8 × 8 patches of the pictures are
-/// apart, at three scales, in A's deviations. 0 for the same picture; halves of one texture have 0.02 to 0.1,
-/// random fields of pictures with shapes 0.1 to 0.3. Planes that are constant in A do not count. Sizes may
-/// differ. NaN where a side is below 8.
+/// apart, at three scales as far as 16 pixels a side remain, in A's deviations. 0 for the same picture;
+/// halves of one texture have 0.02 to 0.1, random fields of pictures with shapes 0.1 to 0.3. Planes that are
+/// constant in A do not count. Sizes may differ. NaN where a side is below 8.
 /// \throws InputError as compare() does
 [[nodiscard]] BTFIELD_API double structure_distance(const Image& a, const Image& b);
 

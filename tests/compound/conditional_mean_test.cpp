@@ -223,8 +223,8 @@ TEST(ConditionalMeanFit, PicturesThatLabelsDoNotTellAreLeftAlone) {
 }
 
 TEST(ConditionalMeanFit, WeightsOfFewPixelsFitOtherLabelsToo) {
-    // 409 unknowns of 40² pixels, two thirds of what varies noise: labels of the same kind elsewhere must not get
-    // more variance than the picture's.
+    // 409 unknowns of 40² pixels, two thirds of what varies noise: labels of the same kind elsewhere must not
+    // get more variance than the picture's.
     const ControlField field = test::patchy_labels({40, 40}, 24),
                        other = test::patchy_labels({64, 64}, 24, 8);
     Image image = test::random_image(field.size, 1, 0.0F);
