@@ -91,12 +91,12 @@ std::string distances_text(const FitVerdict& verdict) {
 }
 
 /// Of a compound model's CBOR file by default options, at most: labels at 1.4 bit a pixel, and of each of
-/// 12 regions 50 numbers to a pair of planes and 45 to a plane. Files of 25 pictures and material sets of
-/// 256² to 1024², 1 to 6 planes, were 0.35 to 0.96 of it.
+/// 12 regions 85 numbers to a pair of planes and 50 to a plane. Files of ten pictures and material sets of
+/// 256² to 1024², 3 to 5 planes, were 0.25 to 0.75 of it.
 std::string most_compound_bytes(const TextureModel& model) {
     const auto d = static_cast<double>(model.planes);
     const double bytes =
-        0.175 * static_cast<double>(area(model.size)) + 12.0 * (50.0 * d * d + 45.0 * d) * 8.0;
+        0.175 * static_cast<double>(area(model.size)) + 12.0 * (85.0 * d * d + 50.0 * d) * 8.0;
     if (bytes >= 995e3) return number_text(std::ceil(bytes / 1e5) / 10.0) + " MB";
     return number_text(10.0 * std::ceil(bytes / 1e4)) + " kB";
 }

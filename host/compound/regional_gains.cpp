@@ -112,10 +112,11 @@ VectorXd squared_gains(const std::vector<GrownLevel>& grown, const std::vector<s
         for (Index l = 0; l < levels; ++l)
             system(m, l) = sum(grown[static_cast<size_t>(l)].variances[at]) / sum(wanted[at]);
     }
-    const VectorXd one = VectorXd::Ones(levels);
-    if (!system.allFinite()) return one;
+    VectorXd squares = VectorXd::Ones(levels);
+    if (!system.allFinite()) return squares;
     constexpr double largest = largest_gain * largest_gain;
-    return non_negative_least_squares(system, one).cwiseMax(1.0 / largest).cwiseMin(largest);
+    squares = non_negative_least_squares(system, squares).cwiseMax(1.0 / largest).cwiseMin(largest);
+    return squares;
 }
 
 double kept(double value) {

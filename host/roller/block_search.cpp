@@ -23,7 +23,7 @@ constexpr double rest_unit = 1.0 / 16.0;
 
 BTFIELD_WIDE std::int64_t sum_of_squares(const std::int16_t* values, size_t count) {
     std::int64_t sum = 0;
-    for (size_t i = 0; i < count; ++i) sum += std::int32_t{values[i]} * values[i];
+    for (size_t i = 0; i < count; ++i) sum += static_cast<std::int64_t>(std::int32_t{values[i]} * values[i]);
     return sum;
 }
 

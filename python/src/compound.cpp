@@ -158,7 +158,9 @@ void add_fit_compound(nb::module_& module) {
         .field("labels", &CompoundOptions::labels, "The control field of the picture, instead of clusters.")
         .field("tile", &CompoundOptions::tile, "(height, width) of the control field that the model keeps.")
         .word("borders", &CompoundOptions::borders, "'conditional', 'swap' or 'none'.")
-        .nested("local", &CompoundOptions::local, "FitOptions of the regional models: 3d-ma of order 3.");
+        .nested("local", &CompoundOptions::local, "FitOptions of the regional models: 3d-ma of order 5.")
+        .word("averages", &CompoundOptions::averages,
+              "'sr', the root of each region's spectrum, or 'rd', random decrement.");
     module.def(
         "fit_compound",
         [](PyDevice& device, const PictureObject& picture, const CompoundOptions* options,
