@@ -166,7 +166,7 @@ std::string near_miss(const CLI::App& command, const std::vector<std::string>& u
         const std::size_t first = word.find_first_not_of('-');
         if (first == 0 || first == std::string::npos) continue;
         const std::string option = word.substr(first, word.find('=') - first);
-        const std::string advice = advice_about(command, *whole, option);
+        std::string advice = advice_about(command, *whole, option);
         if (!advice.empty()) return advice;
     }
     return {};
