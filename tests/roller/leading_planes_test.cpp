@@ -31,7 +31,8 @@ double product(const std::vector<float>& a, const std::vector<float>& b) {
 
 TEST(LeadingPlanes, OneIsEnoughWhereAllAreTheSame) {
     for (const int planes : {2, 3, 8}) {
-        const LeadingPlanes leading(alike(planes, 0.0F), 0.01);
+        const Features features = alike(planes, 0.0F);
+        const LeadingPlanes leading(features, 0.01);
         EXPECT_EQ(leading.kept(), 1) << planes << " planes";
         EXPECT_FALSE(leading.all());
     }
