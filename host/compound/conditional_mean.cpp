@@ -227,7 +227,7 @@ class Regression {
     [[nodiscard]] Eigen::MatrixXd solution(const RowMajorMatrix& products, double diagonal) const {
         Eigen::MatrixXd system = products.topLeftCorner(unknowns_, unknowns_);
         for (Eigen::Index i = 0; i + 1 < unknowns_; ++i) system(i, i) += diagonal;
-        // An empty fold's neighbours may say nothing of the constant.
+        // Of a single observation, which is in one fold, the others have none.
         if (!(system(unknowns_ - 1, unknowns_ - 1) > 0.0)) system(unknowns_ - 1, unknowns_ - 1) = 1.0;
         const Cholesky factor(system);
         Eigen::MatrixXd result(unknowns_, planes_);
