@@ -239,6 +239,7 @@ void run_fit(const BtfFitArguments& given) {
             }
             progress.show(share_of(stage, share), what);
         };
+        const StagesShown field(progress, 0.95, 0.05, "field: ", {});
         fit = fit_btf(device, set, options.fit);
     }
     for (const std::string& remark : fit.remarks) warn(remark);

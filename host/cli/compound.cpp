@@ -148,13 +148,15 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
     job.read = reading.seconds();
     CompoundOptions compound = options.compound;
     if (!options.labels.empty()) compound.labels = labels_of(options.labels);
-    double left = share;
+    const std::string name = job.picture.filename().string();
     compound.progress = [&](std::string_view stage, double seconds) {
         (stage == "regions" ? job.fit : job.analysis) += seconds;
-        left *= 0.5;
-        bar.show(done + share - left, job.picture.filename().string() + ": " + std::string(stage));
     };
+    const StagesShown stages(
+        bar, done, share, name + ": ",
+        {{"control field", 0.0, 0.1}, {"conditional mean", 0.1, 0.25}, {"regions", 0.25, 0.9}});
     job.model = fit_compound(device, input.picture.image, compound);
+    bar.show(done + 0.9 * share, name + ": score");
     input.provenance.reasons = std::move(job.model.provenance.reasons);
     if (!flat.empty()) input.provenance.reasons.push_back(flat);
     job.model.provenance = std::move(input.provenance);

@@ -230,11 +230,10 @@ void run(RollArguments options) {
     std::vector<SourceMap> maps;
     {
         Progress bar;
-        bar.show(0.0, options.tile ? "tile" : "quilt");
+        const StagesShown stages(bar, 0.0, 1.0, "", {{"tile", 0.0, 1.0}, {"quilt", 0.0, 1.0}});
         if (options.tile) {
             maps = roller.tiles(options.tiles.value_or(1), options.size, options.roller);
         } else {
-            options.roller.progress = [&](double laid) { bar.show(laid, "quilt"); };
             maps.push_back(roller.quilt(*options.size, options.roller));
         }
     }

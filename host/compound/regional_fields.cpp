@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/base/eigen.hpp"
+#include "host/base/work_part.hpp"
 #include "host/spectrum/spectral_form.hpp"
 #include "host/synthesis/convolution.hpp"
 #include "host/synthesis/independent_planes.hpp"
@@ -94,6 +95,7 @@ RegionalFields::RegionalFields(DeviceImpl& device, std::span<const TextureModel*
       stages_(device, factor_) {
     for (size_t k = 0; k < layout_.sizes.size(); ++k) {
         const double share = static_cast<double>(regions.size() * layout_.sizes.size());
+        WorkPart part(1.0 / static_cast<double>(layout_.sizes.size()));
         add_level(regions, k, device.memory_limit() / (4.0 * share));
     }
 }
@@ -103,6 +105,7 @@ void RegionalFields::add_level(std::span<const TextureModel* const> regions, siz
     Level level;
     GatheredAverages averages(regions.size(), planes_, t);
     for (size_t region = 0; region < regions.size(); ++region) {
+        work_done(static_cast<double>(region) / static_cast<double>(regions.size()));
         const TextureModel& model = *regions[region];
         if (k >= model.levels.size()) continue;
         const LevelModel& own = model.levels[k];

@@ -13,6 +13,7 @@
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 #include "host/compound/regional_averages.hpp"
 #include "host/compound/regional_covariance.hpp"
 #include "host/compound/regional_gains.hpp"
@@ -223,6 +224,9 @@ LevelModel fit_covariances(const RegionalLevel& data, int region, int regions, O
     return *std::move(last);
 }
 
+/// Of the time that a level takes.
+constexpr double share_of_covariances = 0.3;
+
 class RegionalEstimator {
   public:
     RegionalEstimator(const ControlField& field, const FitOptions& local, AveragesEstimator averages,
@@ -240,8 +244,11 @@ class RegionalEstimator {
         std::array<std::vector<LagCovariance>, 2> statistics;
         auto& pairs = statistics[static_cast<size_t>(PairCount::pairs)];
         const bool decrement = averages && averages_ == AveragesEstimator::random_decrement;
-        pairs = regional_covariances(data.image, data.labels, regions_, decrement ? Offset{} : box_,
-                                     PairCount::pairs);
+        {
+            const WorkPart share(share_of_covariances);
+            pairs = regional_covariances(data.image, data.labels, regions_, decrement ? Offset{} : box_,
+                                         PairCount::pairs);
+        }
         std::optional<LevelModel> all;
         std::vector<LevelModel> models(static_cast<size_t>(regions_));
         std::vector<int> own;
@@ -259,11 +266,13 @@ class RegionalEstimator {
             reasons.push_back("at level " + std::to_string(depth) + " regions with fewer than " +
                               counted(needed(data), "pixel") + " have the model of all: " + small);
         const auto one = [&](int n) {
+            WorkPart share((1.0 - share_of_covariances) / static_cast<double>(own.size()));
             const int k = own[static_cast<size_t>(n)];
             models[static_cast<size_t>(k)] =
                 averages ? fit_averages(data, pairs[static_cast<size_t>(k)], mask_of(data.labels, k), *local_,
                                         averages_, *support_)
                          : fit_covariances(data, k, regions_, box_, statistics, *local_, *support_);
+            share.done(1.0);
         };
         if (averages)
             for_each_block(static_cast<int>(own.size()), one);
@@ -326,6 +335,7 @@ RegionalFit fit_regions(Device& device, const Image& residual, const ControlFiel
     const Support support = support_of(local);
     const int levels = levels_of(residual.size(), local, support);
     const std::vector<std::vector<size_t>> pixels = pixels_of(field);
+    std::optional<WorkPart> beginning(std::in_place, 0.05);
     const ModelledPlanes planes = modelled(residual, pixels, local);
     TextureModel common;
     common.kind = local.model;
@@ -346,13 +356,20 @@ RegionalFit fit_regions(Device& device, const Image& residual, const ControlFiel
     const RegionalEstimator estimator(field, local, averages, support);
     std::vector<std::vector<double>> variances;
     int step = 1;
+    double all = 0.0;
+    for (const Image& level : pyramid) all += static_cast<double>(area(level.size()));
+    beginning.reset();
     for (size_t l = 0; l < pyramid.size(); ++l, step *= local.factor) {
+        // Covariances take time by the pixel, likelihoods the same at every level.
+        WorkPart share(0.35 * (static_cast<double>(area(pyramid[l].size())) / all +
+                               1.0 / static_cast<double>(pyramid.size())));
         RegionalLevel data{std::move(pyramid[l]), {}, std::vector<size_t>(pixels.size(), 0)};
         data.labels = coarse_labels(field, step);
         for (const std::uint8_t label : data.labels) ++data.counts[label];
         variances.push_back(regional_variances(data.image, data.labels, field.regions));
         std::vector<LevelModel> models = estimator.fit(data, l, result.reasons);
         for (size_t k = 0; k < models.size(); ++k) result.residuals[k].levels.push_back(std::move(models[k]));
+        share.done(1.0);
     }
     balance_levels(device, planes.planes, field, variances, local.gains, result.residuals);
     return result;
