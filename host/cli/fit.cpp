@@ -16,6 +16,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/fit_verdict.hpp"
+#include "host/cli/idle_options.hpp"
 #include "host/cli/material_files.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
@@ -303,7 +304,11 @@ void add_fit(CLI::App& app, Action& action) {
                         {"btfield fit photo.jpg -o photo.json --flatten low", "without its uneven light"},
                         {"btfield fit bark-*.jpg -o bark.json --joint",
                          "colour, normal and height maps as one model"}}});
-    command->callback([options, &action] { action = [options] { run(*options); }; });
+    command->callback([command, options, &action] {
+        if (options->all.empty() && !options->fit.choose_model)
+            refuse_idle_options(*command, options->fit, "--model");
+        action = [options] { run(*options); };
+    });
 }
 
 }  // namespace btfield::cli

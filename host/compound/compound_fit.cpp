@@ -165,7 +165,7 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
     lap("conditional mean");
 
     stage.emplace("regions");
-    RegionalFit regional = fit_regions(device, mean, field, options.local, options.averages);
+    RegionalFit regional = fit_regions(device, image, mean, field, options.local, options.averages);
     for (size_t k = 0; k < model.regions.size(); ++k)
         model.regions[k].residual = std::move(regional.residuals[k]);
     lap("regions");

@@ -17,6 +17,7 @@ struct PngChunks {
     std::string xmp;          ///< content of the iTXt that holds it
     std::string description;  ///< the text of that name
     std::string damaged;      ///< names of chunks that are not as they must be, and are ignored
+    std::size_t behind_end = 0;  ///< bytes behind IEND
     bool has_srgb = false;
     bool animated = false;  ///< acTL: only the first picture is read
 };
