@@ -36,7 +36,7 @@ const std::vector<IdleOption>& idle_options() {
          "has an estimator of its own, neither least squares nor maximum likelihood", "take another MODEL"},
         {"--noise", [](const FitOptions& fit) { return is_2d(fit.model) && fit.noise == NoiseForm::full; },
          "has planes that know nothing of each other, and no full noise", "take a 3d one by MODEL"},
-        {"--order", [](const FitOptions& fit) { return fit.correlated != 0; },
+        {"--order", [](const FitOptions& fit) { return fit.correlated != 0 && fit.order != 0; },
          "takes its most correlated offsets out of those of order 8",
          "leave out correlated:N of --neighbourhood"},
     };

@@ -466,7 +466,13 @@ void add_relief_fit(CLI::App& parent, Action& action) {
              "Directions to lights are x right, y up, z to the viewer.",
              "A surface that shines like a mirror, or steps that hide from many lights, have no normals "
              "by this way: --maps shows where."}});
-    command->callback([options, &action] { action = [options] { run_fit(*options); }; });
+    command->callback([options, &action] {
+        const LightRule rule = options->relief.rule;
+        if (options->relief.roughness && rule != LightRule::lobe && rule != LightRule::automatic)
+            throw UsageError("--roughness: the rule " + std::string(detail::word_of(rule)) +
+                             " knows no gloss; leave it out, or take --robust lobe");
+        action = [options] { run_fit(*options); };
+    });
 }
 
 }  // namespace btfield::cli

@@ -151,8 +151,8 @@ float light_scale(const Image& picture) {
     return std::isfinite(scale) && scale < most_scale ? static_cast<float>(scale) : 1.0F;
 }
 
-/// Encoded values are parts of white, unless they are so large, or all so small, that they cannot be: then the
-/// largest is white.
+/// Encoded values are parts of white, unless they are so large, or all so small, that they cannot be: then
+/// the largest is white.
 float encoded_scale(const Image& picture) {
     constexpr float darkest = 1.0F / 64.0F, brightest = 2.0F;
     float largest = 0.0F;

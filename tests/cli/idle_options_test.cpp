@@ -100,6 +100,29 @@ TEST(CliIdleOptions, OfRegionalModelsAndTheirEstimators) {
     refused({"--labels", data + "/grass.png", "--cluster-on", "planes"}, "leave out --labels");
 }
 
+TEST(CliIdleOptions, OfRulesForNormals) {
+    const TemporaryFolder folder;
+    for (const std::string rule : {"ls", "huber", "amb", "ranks:30:80"})
+        expect_failure({"relief", "fit", data, "-o", (folder / "relief/").string(), "--robust", rule,
+                        "--roughness", ".3"},
+                       2, "knows no gloss; leave it out, or take --robust lobe");
+}
+
+TEST(CliIdleOptions, OfGrowth) {
+    const TemporaryFolder folder;
+    const std::string model = (folder / "m.json").string(), compound = (folder / "c.btfm").string(),
+                      output = (folder / "t.png").string();
+    test::put_model(model);
+    expect_failure({"synth", model, "-o", output, "--method", "raster", "--noise-domain", "frequency"}, 2,
+                   "--noise-domain: noise of a raster recursion");
+    EXPECT_EQ(btfield({"synth", model, "-o", output, "--method", "raster", "--noise-domain", "spatial"}).code,
+              0);
+    EXPECT_EQ(btfield({"compound", "fit", data + "/grass.png", "-o", compound, "--crop", "0,0,64,64"}).code,
+              0);
+    expect_failure({"synth", compound, "-o", output, "--noise-domain", "spatial"}, 1,
+                   "leave out --noise-domain");
+}
+
 TEST(CliIdleOptions, OfTheMostCorrelatedOffsetsAndOfBtfs) {
     const TemporaryFolder folder;
     const std::string output = (folder / "m.json").string();
