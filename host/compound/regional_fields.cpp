@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/base/eigen.hpp"
+#include "host/base/stop.hpp"
 #include "host/base/work_part.hpp"
 #include "host/spectrum/spectral_form.hpp"
 #include "host/synthesis/convolution.hpp"
@@ -85,6 +86,13 @@ Range range_of(const DeviceImpl& device, Size lattice) {
     return {(static_cast<size_t>(lattice.width) + lanes - 1) / lanes, static_cast<size_t>(lattice.height), 1};
 }
 
+/// Whoever may want no more of it does not wait for all regions of a large picture.
+void let_stop(DeviceImpl& device) {
+    if (StopScope::current() == nullptr) return;
+    device.finish();
+    stop_if_asked();
+}
+
 }  // namespace
 
 RegionalFields::RegionalFields(DeviceImpl& device, std::span<const TextureModel* const> regions, Size size)
@@ -121,6 +129,7 @@ void RegionalFields::add_level(std::span<const TextureModel* const> regions, siz
                              own.gain * std::sqrt(variance),
                              std::vector<double>(static_cast<size_t>(planes), 0.0), budget)});
         level.spectral.back().factors.store(*device_);
+        let_stop(*device_);
         static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
     }
     if (averages.empty()) averages.add(0, {{NeighbourhoodKind::custom, {{}}, {}}, 1, {0.0}, {1.0}}, 0.0);
@@ -170,7 +179,10 @@ DevicePlanes RegionalFields::grow_level(size_t k, const Buffer& labels, const Bu
                         level.offsets, level.offsets_count, t.height, t.width, fine.height, fine.width, step,
                         level.reach);
     }
-    for (const SpectralRegion& own : level.spectral) add_spectral(own, k, labels, keys, result.values);
+    for (const SpectralRegion& own : level.spectral) {
+        add_spectral(own, k, labels, keys, result.values);
+        let_stop(*device_);
+    }
     return result;
 }
 

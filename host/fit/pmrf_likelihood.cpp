@@ -306,7 +306,7 @@ PmrfDescent descend(const Whittle& whittle, const Point& start, const MrfLikelih
     result.start = *value;
     const WorkPart part(0.9 * (1.0 - work_counted()));
     while (true) {
-        work_nearer(share_of_step);
+        work_nearer(0.3 * share_of_step);  // steps are small ones here
         const GridDensity needed = resolving(result.point.lambda, base);
         if (needed.row_levels > lattice->density.row_levels ||
             needed.column_levels > lattice->density.column_levels) {
