@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -17,6 +19,7 @@
 #include "btfield/fit.hpp"
 #include "btfield/image_io.hpp"
 #include "btfield/memd.hpp"
+#include "btfield/progress.hpp"
 #include "btfield/roller.hpp"
 #include "btfield/stop.hpp"
 #include "btfield/synthesis.hpp"
@@ -136,6 +139,66 @@ TEST_F(Stopping, AFitStopsWithinALevel) {
     });
     static_cast<void>(fit(device_, picture_, options));
     EXPECT_GT(asked.load(), 100);
+}
+
+/// A stage and the shares of it that were told.
+using ToldStages = std::vector<std::pair<std::string, std::vector<double>>>;
+
+ToldStages told_stages(const std::function<void()>& run) {
+    ToldStages told;
+    const ProgressScope scope([&](std::string_view stage, double share) {
+        if (told.empty() || told.back().first != stage) told.emplace_back(stage, std::vector<double>{});
+        told.back().second.push_back(share);
+    });
+    run();
+    return told;
+}
+
+void expect_stages(const ToldStages& told, const std::vector<std::string>& names) {
+    std::vector<std::string> found;
+    for (const auto& [name, shares] : told) {
+        found.push_back(name);
+        EXPECT_EQ(shares.front(), 0.0) << name;
+        EXPECT_TRUE(std::ranges::is_sorted(shares)) << name;
+        EXPECT_LE(shares.back(), 1.0 + 1e-12) << name;
+    }
+    EXPECT_EQ(found, names);
+}
+
+TEST_F(Stopping, StagesAreToldWhileTheyGoOn) {
+    expect_stages(told_stages([&] { static_cast<void>(fit(device_, picture_, likelihood_fit())); }),
+                  {"planes", "pyramid", "lag covariances", "fit", "gains"});
+    CompoundOptions compound;
+    compound.local.model = ModelKind::msar3d;
+    compound.local.order = 2;
+    const ToldStages told =
+        told_stages([&] { static_cast<void>(fit_compound(device_, picture_, compound)); });
+    expect_stages(told, {"control field", "conditional mean", "regions"});
+    const std::vector<double>& regions = told.back().second;
+    // Nowhere is much of it done at once, and its end is not told long before it is reached.
+    EXPECT_GT(regions.size(), 30U);
+    EXPECT_GT(regions.back(), 0.9);
+    for (std::size_t n = 1; n < regions.size(); ++n) EXPECT_LT(regions[n] - regions[n - 1], 0.2);
+    expect_stages(told_stages([&] { static_cast<void>(roller_.tile(Size{48, 48}, {})); }), {"tile"});
+    expect_stages(told_stages([&] { static_cast<void>(roller_.quilt({160, 160}, {})); }), {"quilt"});
+}
+
+TEST_F(Stopping, ACompoundFitStopsWithinARegion) {
+    // One region, one level: whoever waits for it does not wait for the end of its likelihood.
+    CompoundOptions options;
+    options.clusters.regions = 1;
+    options.local.model = ModelKind::msar3d;
+    options.local.order = 3;
+    options.local.levels = 1;
+    options.local.estimator = EstimatorChoice::maximum_likelihood;
+    bool regions = false;
+    std::atomic<int> asked{0};
+    const ProgressScope progress([&](std::string_view stage, double) { regions = stage == "regions"; });
+    const StopScope scope([&] {
+        if (regions) ++asked;
+        return asked > 100;
+    });
+    EXPECT_THROW(static_cast<void>(fit_compound(device_, picture_, options)), Stopped);
 }
 
 /// What `progress` throws to end work.

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "host/base/parallel.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -245,7 +246,7 @@ std::vector<double> lag_products(const Image& image, std::span<const double> mea
     const int group_size = std::max(1, (blocks + 63) / 64);
     const int groups = (blocks + group_size - 1) / group_size;
     std::vector<std::vector<double>> partial(static_cast<size_t>(groups));
-    for_each_block(groups, [&](int group) {
+    for_each_part(groups, [&](int group) {
         std::vector<double> sums(values);
         RowBuffer x(planes, rows, image.width(), 0);
         RowBuffer y(planes, rows, image.width(), pad);

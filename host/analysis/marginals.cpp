@@ -11,6 +11,8 @@
 #include "host/base/non_negative.hpp"
 #include "host/base/normal_distribution.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/stop.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield {
 
@@ -169,7 +171,7 @@ GaussianPlanes gaussianise(const Image& planes, int knots) {
     const HatMoments hats = hat_moments(knots, 1.0);
     GaussianPlanes result{Image(planes.size(), planes.planes(), planes.space()),
                           std::vector<Marginal>(static_cast<size_t>(planes.planes()))};
-    for_each_block(planes.planes(), [&](int p) {
+    for_each_part(planes.planes(), [&](int p) {
         const std::span<const float> values = planes.plane(p);
         const std::string which = "plane " + std::to_string(p);
         if (!std::ranges::all_of(values, [](float v) { return std::isfinite(v); }))
@@ -178,8 +180,10 @@ GaussianPlanes gaussianise(const Image& planes, int knots) {
         const std::vector<RankedPixel> order = ascending(values, static_cast<std::uint32_t>(p));
         if (order.front().key == order.back().key)
             throw InputError(asked, which + " is constant", "leave it out");
+        stop_if_asked();
         const std::span<float> out = result.planes.plane(p);
         for (size_t k = 0; k < order.size(); ++k) out[order[k].place] = scores[k];
+        stop_if_asked();
         const MappedMoments moments = moments_of(order);
         result.marginals[static_cast<size_t>(p)] =
             fit_marginal(projections(order, knots), hats, moments.mean, moments.variance);

@@ -6,6 +6,7 @@
 #include "btfield/error.hpp"
 #include "host/analysis/pyramid_stages.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield {
 
@@ -148,6 +149,7 @@ std::vector<Image> decompose(Device& device, const Image& image, int levels, int
     DevicePlanes fine = upload(impl, image);
     while (static_cast<int>(result.size()) + 1 < levels) {
         DevicePlanes coarse = stages.reduce(fine);
+        work_nearer(0.25);
         result.push_back(download(impl, stages.add_expanded(std::move(fine), coarse, -1.0F), image.space()));
         fine = std::move(coarse);
     }

@@ -7,6 +7,7 @@
 
 #include "btfield/error.hpp"
 
+#include "host/base/stop.hpp"
 namespace btfield::detail {
 namespace {
 
@@ -81,6 +82,7 @@ std::vector<RankedPixel> ascending(std::span<const float> values, uint32_t strea
             shared = shared || p == count;
             sum += std::exchange(p, sum);
         }
+        stop_if_asked();
         if (shared) continue;
         for (const RankedPixel& pixel : pixels) other[place[digit_of(pixel.key, digit)]++] = pixel;
         pixels.swap(other);

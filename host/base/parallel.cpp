@@ -11,6 +11,7 @@
 
 #include "btfield/threads.hpp"
 #include "host/base/stop.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -21,6 +22,7 @@ struct Loop {
     int blocks;
     BlockWork work;
     const StopScope* stop = StopScope::current();
+    WorkPart* part = current_part();
     std::atomic<int> next{0};
     int helpers = 0;  ///< under the crew's mutex
     std::mutex failing;
@@ -88,6 +90,7 @@ class Crew {
             lock.unlock();
             {
                 const InheritedStop inherited(loop->stop);
+                const InheritedPart in_part(loop->part);
                 loop->drain();
             }
             lock.lock();

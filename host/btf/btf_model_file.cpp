@@ -167,7 +167,7 @@ BtfModel detail::joint_model_from(const json& value, const Context& context) {
 
 BtfModel read_btf_model(const std::filesystem::path& path) {
     const std::string asked = "read the BTF model '" + path.string() + "'";
-    return model_from_json(parse_strictly(model_bytes(path, asked), asked), {asked});
+    return model_from_json(parse_strictly(model_bytes(path, asked, "'btfield btf fit'"), asked), {asked});
 }
 
 void write_btf_model(const std::filesystem::path& path, const BtfModel& model) {

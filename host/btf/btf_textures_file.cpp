@@ -107,7 +107,7 @@ BtfTextures textures_model_from(const json& value, Context context) {
 }
 
 json parsed(const std::filesystem::path& path, const std::string& asked) {
-    return parse_strictly(model_bytes(path, asked), asked);
+    return parse_strictly(model_bytes(path, asked, "'btfield btf fit'"), asked);
 }
 
 std::string asked_model(const std::filesystem::path& path) {

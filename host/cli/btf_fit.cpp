@@ -21,6 +21,7 @@
 #include "host/cli/btf_parts.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/fit_verdict.hpp"
+#include "host/cli/idle_options.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/picture_options.hpp"
@@ -239,6 +240,7 @@ void run_fit(const BtfFitArguments& given) {
             }
             progress.show(share_of(stage, share), what);
         };
+        const StagesShown field(progress, 0.95, 0.05, "field: ", {});
         fit = fit_btf(device, set, options.fit);
     }
     for (const std::string& remark : fit.remarks) warn(remark);
@@ -412,6 +414,11 @@ void add_btf_fit(CLI::App& parent, Action& action) {
         check_method(*command, options->method);
         check_surface(*command, options->method, options->fit.surface);
         options->fit.regions = options->clusters;
+        FitOptions field = options->fit.field;
+        if (options->method != BtfMethod::joint && command->count("--model") == 0)
+            field.model = BtfTexturesOptions(options->method).field.model;
+        if (options->fit.surface == SurfaceKind::field && !field.choose_model)
+            refuse_idle_options(*command, field, "--model");
         if (options->method == BtfMethod::joint) {
             action = [options] { run_fit(*options); };
             return;

@@ -264,8 +264,11 @@ void run_make(const MakeArguments& given) {
     choose_directions(options.directions, options.made);
     Maps maps = read_maps(options);
     Device device(options.device);
+    std::optional<Progress> bar(std::in_place);
+    bar->show(0.0, "material");
     const MadeFrom from = material_of(device, options, std::move(maps));
     const BtfSet set = make_btf(device, from.material, options.made);
+    bar.reset();
     std::vector<std::string> inputs = options.maps;
     std::error_code error;
     if (std::filesystem::exists(options.directions, error)) inputs.push_back(options.directions);

@@ -18,8 +18,10 @@
 #include "host/base/text.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
+#include "host/cli/compound_edit.hpp"
 #include "host/cli/compound_report.hpp"
 #include "host/cli/fit_verdict.hpp"
+#include "host/cli/idle_options.hpp"
 #include "host/cli/material_files.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
@@ -62,8 +64,6 @@ std::vector<CompoundJob> plan_fits(const CompoundFitArguments& options) {
     const bool several = options.pictures.size() > 1 && !options.maps.joint;
     if (several && !(options.labels.empty() && options.labels_output.empty()))
         throw UsageError("--labels and --save-labels go with one picture");
-    if (!options.labels.empty() && options.compound.clusters.regions)
-        throw UsageError("--labels excludes --regions: the labels say how many there are");
     RunFiles files(options.overwrite, options.json);
     if (!options.labels.empty()) files.reads(options.labels);
     for (const std::string& picture : options.pictures) files.reads(picture, "that is the picture");
@@ -148,13 +148,15 @@ void fit_one(Device& device, const CompoundFitArguments& options, CompoundJob& j
     job.read = reading.seconds();
     CompoundOptions compound = options.compound;
     if (!options.labels.empty()) compound.labels = labels_of(options.labels);
-    double left = share;
+    const std::string name = job.picture.filename().string();
     compound.progress = [&](std::string_view stage, double seconds) {
         (stage == "regions" ? job.fit : job.analysis) += seconds;
-        left *= 0.5;
-        bar.show(done + share - left, job.picture.filename().string() + ": " + std::string(stage));
     };
+    const StagesShown stages(
+        bar, done, share, name + ": ",
+        {{"control field", 0.0, 0.1}, {"conditional mean", 0.1, 0.25}, {"regions", 0.25, 0.9}});
     job.model = fit_compound(device, input.picture.image, compound);
+    bar.show(done + 0.9 * share, name + ": score");
     input.provenance.reasons = std::move(job.model.provenance.reasons);
     if (!flat.empty()) input.provenance.reasons.push_back(flat);
     job.model.provenance = std::move(input.provenance);
@@ -181,6 +183,25 @@ Json fit_json(const CompoundJob& job) {
     return object;
 }
 
+/// Deviation of the regions' colours where they have these shares, over that of the picture's.
+double contrast_between(const CompoundModel& model, const std::vector<double>& shares_there) {
+    double there = 0.0, picture = 0.0;
+    for (std::size_t p = 0; p < static_cast<std::size_t>(model.planes); ++p) {
+        std::array<double, 2> sum{}, squares{};
+        for (std::size_t k = 0; k < model.regions.size(); ++k) {
+            const double colour = model.regions[k].colour[p];
+            const std::array<double, 2> share{shares_there[k], model.regions[k].share};
+            for (std::size_t n = 0; n < share.size(); ++n) {
+                sum[n] += share[n] * colour;
+                squares[n] += share[n] * colour * colour;
+            }
+        }
+        there += squares[0] - sum[0] * sum[0];
+        picture += squares[1] - sum[1] * sum[1];
+    }
+    return picture > 0.0 ? std::sqrt(std::max(0.0, there) / picture) : 1.0;
+}
+
 /// First what people want to know, then the figures.
 std::string fit_text(const CompoundJob& job) {
     return "wrote " + job.output.string() + " (read " + seconds_text(job.read) + ", analysis " +
@@ -188,6 +209,23 @@ std::string fit_text(const CompoundJob& job) {
            (job.verdict.empty() ? "" : ", score " + seconds_text(job.scoring)) + ", total " +
            seconds_text(job.total) + ")\n" + job.verdict + (job.verdict.empty() ? "" : "\n") +
            compound_text(job.model, model_file_bytes(job.output));
+}
+
+/// A tile that is too small to hold the picture's regions in their proportions makes textures flat.
+void tell_of_tile(const CompoundJob& job) {
+    if (!job.model.periodic) return;
+    const std::vector<double> kept = shares(job.model.control);
+    const auto missing = static_cast<std::size_t>(std::ranges::count(kept, 0.0));
+    const double contrast = contrast_between(job.model, kept);
+    constexpr double least = 0.85;
+    if (missing == 0 && contrast >= least) return;
+    warn("'" + job.output.string() + "': the tile of " + detail::text_of(job.model.control.size) + " has " +
+         (missing > 0 ? std::to_string(kept.size() - missing) + " of " +
+                            detail::counted(kept.size(), "region") + " and "
+                      : "") +
+         number_text(std::round(100.0 * contrast)) +
+         " % of the contrast between them, and so have textures; give a larger --tile, or none: then all of "
+         "the control field is kept");
 }
 
 void run_fit(const CompoundFitArguments& options) {
@@ -215,6 +253,7 @@ void run_fit(const CompoundFitArguments& options) {
             write_labels(options.labels_output, field, palette(job.model));
         }
         job.total += writing.seconds();
+        tell_of_tile(job);
         if (!is_valid(job.model))
             warn("'" + job.output.string() + "' is not certified at " + uncertified_regions(job.model) +
                  ", and synth will refuse it; use --local 3d-ma, another --order, or synth --allow-invalid");
@@ -303,21 +342,11 @@ void add_local_options(CLI::App& command, CompoundFitArguments& options) {
             ->group(group);
 }
 
-/// What the options of moving averages say together.
+/// What the options of moving averages say together: significant pixels are random decrement's.
 void settle_averages(CompoundFitArguments& options) {
-    const bool decrement = options.decrement[0]->count() + options.decrement[1]->count() > 0;
-    if (!decrement && options.averages->count() == 0) return;
-    CompoundOptions& compound = options.compound;
-    if (const auto kind = compound.local.model; kind != ModelKind::ma2d && kind != ModelKind::ma3d)
-        throw CLI::ValidationError(
-            decrement ? "--threshold, --significance" : "--averages",
-            std::string("models of kind ") + std::string(name(kind)) +
-                " have no moving averages: leave it out, or take --local 3d-ma or 2d-ma");
-    if (decrement && options.averages->count() > 0 && compound.averages == AveragesEstimator::spectral_root)
-        throw CLI::ValidationError(
-            "--averages",
-            "sr has no significant pixels: leave out --threshold and --significance, or take rd");
-    if (decrement) compound.averages = AveragesEstimator::random_decrement;
+    if (options.averages->count() > 0) return;
+    for (const CLI::Option* const option : options.decrement)
+        if (option->count() > 0) options.compound.averages = AveragesEstimator::random_decrement;
 }
 
 void add_compound_fit(CLI::App& parent, Action& action) {
@@ -353,146 +382,11 @@ void add_compound_fit(CLI::App& parent, Action& action) {
                         {"btfield compound fit bark.png -o own.json --labels b5.png"},
                         {"btfield compound fit bark.png -o p1.json --regions 5 --borders swap",
                          "P1's borders; docs/compound.md has all of its form"}}});
-    command->callback([options, &action] {
+    command->callback([command, options, &action] {
         settle_averages(*options);
+        refuse_idle_options(*command, options->compound, !options->labels.empty());
         action = [options] { run_fit(*options); };
     });
-}
-
-struct CompoundEditArguments {
-    std::string model, output, from;
-    std::optional<int> region;
-    std::vector<double> colour;
-    std::optional<double> contrast;
-    bool overwrite = false, json = false;
-};
-
-/// "0.2,0.5,0.1", or "#336619".
-std::vector<double> parse_colour(const std::string& text) {
-    const auto refuse = [&] {
-        throw CLI::ValidationError("--colour",
-                                   "'" + text +
-                                       "' is neither numbers with commas between them, as 0.2,0.5,0.1, "
-                                       "nor six digits, as #336619");
-    };
-    std::vector<double> colour;
-    if (text.front() == '#') {
-        if (text.size() != 7) refuse();
-        for (std::size_t at = 1; at < 7; at += 2) {
-            int value = 0;
-            if (text[at] == '-') refuse();
-            const auto [stop, error] = std::from_chars(text.data() + at, text.data() + at + 2, value, 16);
-            if (error != std::errc{} || stop != text.data() + at + 2) refuse();
-            colour.push_back(value / 255.0);
-        }
-        return colour;
-    }
-    const char *at = text.data(), *const end = text.data() + text.size();
-    for (;;) {
-        double value = 0.0;
-        const auto [stop, error] = std::from_chars(at, end, value);
-        if (error != std::errc{} || !std::isfinite(value) || (stop != end && *stop != ',')) refuse();
-        colour.push_back(value);
-        if (stop == end) return colour;
-        at = stop + 1;
-    }
-}
-
-/// OTHER:J, or OTHER alone for a model without regions.
-void take_from(CompoundModel& model, int region, const std::string& from, RunFiles& files) {
-    const std::size_t colon = from.rfind(':');
-    std::error_code error;
-    const bool plain = fs::exists(from, error) || colon == std::string::npos;
-    const std::string file = plain ? from : from.substr(0, colon);
-    const std::variant<TextureModel, CompoundModel> other = read_any_model(file);
-    std::visit([&](const auto& read) { files.reads_model(file, read.provenance); }, other);
-    if (const auto* whole = std::get_if<TextureModel>(&other)) {
-        if (!plain)
-            throw InputError("take region " + from.substr(colon + 1) + " from '" + file + "'",
-                             "that model has no regions", "give the file alone: all of it is taken");
-        transplant(model, region, *whole);
-        return;
-    }
-    if (plain)
-        throw InputError("take a region from '" + from + "'", "it does not say which of the model's regions",
-                         "append it: '" + from + ":0' is the first");
-    const auto& regions = std::get<CompoundModel>(other);
-    const auto number = parse_number(from.substr(colon + 1), 0, most_regions - 1);
-    if (!number)
-        throw UsageError("--from: '" + from.substr(colon + 1) + "' is no number of a region; '" + file +
-                         "' has 0 to " + std::to_string(regions.regions.size() - 1));
-    transplant(model, region, regions, static_cast<int>(*number));
-}
-
-void check_units(const CompoundModel& model, const std::vector<double>& colour) {
-    const PixelType type = model.provenance.type;
-    if (type == PixelType::half || type == PixelType::float32) return;
-    if (std::ranges::all_of(colour, [](double v) { return v >= 0.0 && v <= 1.0; })) return;
-    throw InputError("give a region this colour", "values of this picture are from 0 to 1",
-                     "divide values of 8 bits by 255, or give them as #rrggbb");
-}
-
-void run_edit(const CompoundEditArguments& options) {
-    if (!options.region && !(options.from.empty() && options.colour.empty()))
-        throw UsageError("--from and --colour need --region");
-    if (options.from.empty() && options.colour.empty() && !options.contrast)
-        throw UsageError("nothing to edit: give --from, --colour or --contrast");
-    CompoundModel model = read_compound(options.model);
-    RunFiles files(options.overwrite, options.json);
-    files.reads_model(options.model, model.provenance);
-    if (!options.from.empty()) take_from(model, *options.region, options.from, files);
-    files.writes_model(options.output);
-    if (!options.colour.empty()) {
-        check_units(model, options.colour);
-        recolour(model, *options.region, options.colour);
-        model.provenance.limits.clear();  // they were those of the picture's colours
-    }
-    if (options.contrast) {
-        const int regions = static_cast<int>(model.regions.size());
-        for (int k = options.region.value_or(0); k < (options.region ? *options.region + 1 : regions); ++k)
-            scale_contrast(model, k, *options.contrast);
-    }
-    write_compound(options.output, model);
-    const std::uintmax_t bytes = model_file_bytes(options.output);
-    if (options.json)
-        emit_json(compound_json(model, options.output, bytes));
-    else
-        emit_result(compound_text(model, bytes) + "wrote " + options.output + "\n");
-}
-
-void add_compound_edit(CLI::App& parent, Action& action) {
-    CLI::App* command = parent.add_subcommand("edit", "change regions of a compound model");
-    const auto options = std::make_shared<CompoundEditArguments>();
-    take_dash(command->add_option("MODEL", options->model, "compound model; - is standard input")
-                  ->required()
-                  ->type_name(""),
-              "/dev/stdin");
-    take_dash(command->add_option("-o,--output", options->output, "edited model; - is standard output")
-                  ->required()
-                  ->type_name("MODEL"),
-              "/dev/stdout");
-    add_int(*command, "--region", options->region, 0, most_regions - 1,
-            "region to change, as info numbers them (default with --contrast: all)");
-    command
-        ->add_option("--from", options->from,
-                     "take colour, contrast and model of region J of another compound model, or a model "
-                     "without regions whole")
-        ->type_name("OTHER:J");
-    command
-        ->add_option_function<std::string>(
-            "--colour", [options](const std::string& text) { options->colour = parse_colour(text); },
-            "mean colour, in values of the picture or as #rrggbb")
-        ->type_name("R,G,B");
-    add_positive(*command, "--contrast", options->contrast, "multiply deviations from the mean colour");
-    add_overwrite(*command, options->overwrite);
-    add_json(*command, options->json);
-    set_guide(*command,
-              {.usual = {{"btfield compound edit bark.btfm -o red.btfm --region 0 --colour .6,.2,.1"},
-                         {"btfield compound edit bark.btfm -o flat.btfm --contrast 0.5"}},
-               .more = {{"btfield compound edit bark.btfm -o mossy.btfm --region 0 --from moss.btfm:2"},
-                        {"btfield compound edit bark.btfm -o moss.btfm --region 0 --from moss.json",
-                         "all of a model without regions"}}});
-    command->callback([options, &action] { action = [options] { run_edit(*options); }; });
 }
 
 }  // namespace

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <mutex>
-#include <numeric>
 #include <set>
 #include <span>
 
@@ -18,6 +16,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/command_text.hpp"
 #include "host/cli/fit_verdict.hpp"
+#include "host/cli/idle_options.hpp"
 #include "host/cli/material_files.hpp"
 #include "host/cli/model_report.hpp"
 #include "host/cli/modelled_picture.hpp"
@@ -117,6 +116,20 @@ std::vector<TextureModel> fit_all_of(const fs::path& path, Analysis& analysis,
     }
 }
 
+/// Of fits, up to where they are scored.
+StagesShown stages_shown(Progress& bar, double done, double share, const std::string& picture) {
+    return {bar,
+            done,
+            share,
+            picture + ": ",
+            {{"choice", 0.0, 0.75},
+             {"planes", 0.0, 0.1},
+             {"pyramid", 0.1, 0.15},
+             {"lag covariances", 0.15, 0.35},
+             {"fit", 0.35, 0.85},
+             {"gains", 0.85, 0.9}}};
+}
+
 /// Fits the jobs of one picture, which is read and analysed once. What they share counts for the first.
 void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& options, Progress& bar,
                  double done, double share) {
@@ -135,10 +148,7 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
     jobs.front().read = jobs.front().total = reading.seconds();
 
     Analysis analysis(device, picture.image);
-    const double own = share / static_cast<double>(jobs.size());
-    std::mutex showing;
     std::vector<FitOptions> all;
-    std::vector<double> left(jobs.size(), 1.0);
     for (std::size_t k = 0; k < jobs.size(); ++k) {
         FitOptions& each = all.emplace_back(options.fit);
         each.model = jobs[k].kind;
@@ -147,14 +157,11 @@ void fit_picture(Device& device, std::span<FitJob> jobs, const FitArguments& opt
             const bool fitting = stage == "fit" || stage == "gains";
             (fitting ? job.fit : job.analysis) += seconds;
             job.total += seconds;
-            // How many stages there will be depends on the picture: each takes a quarter of what is left.
-            const std::lock_guard lock(showing);
-            left[k] = stage == "gains" ? 0.0 : 0.75 * left[k];
-            const double waiting = std::accumulate(left.begin(), left.end(), 0.0);
-            bar.show(done + share - own * waiting, path.filename().string() + ": " + std::string(stage));
         };
     }
+    const StagesShown stages = stages_shown(bar, done, share, path.filename().string());
     std::vector<TextureModel> models = fit_all_of(path, analysis, all);
+    bar.show(done + 0.9 * share, path.filename().string() + ": score");
     for (std::size_t k = 0; k < jobs.size(); ++k) {
         const Stopwatch scoring;
         jobs[k].model = std::move(models[k]);
@@ -297,7 +304,11 @@ void add_fit(CLI::App& app, Action& action) {
                         {"btfield fit photo.jpg -o photo.json --flatten low", "without its uneven light"},
                         {"btfield fit bark-*.jpg -o bark.json --joint",
                          "colour, normal and height maps as one model"}}});
-    command->callback([options, &action] { action = [options] { run(*options); }; });
+    command->callback([command, options, &action] {
+        if (options->all.empty() && !options->fit.choose_model)
+            refuse_idle_options(*command, options->fit, "--model");
+        action = [options] { run(*options); };
+    });
 }
 
 }  // namespace btfield::cli

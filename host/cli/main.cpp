@@ -73,6 +73,31 @@ std::string suggestion(const std::string& word) {
     return "'btfield fit " + word + " -o " + stem + ".json'";
 }
 
+struct Misspelt {
+    std::string word;
+    std::string meant;  ///< the whole command; empty: none
+};
+
+/// Of the unknown words one that is a slip for a command. CLI11 takes what follows a word
+/// that it does not know for a command of its own: `compond fit` for `fit`.
+/// \param name  of the command that was understood
+Misspelt misspelt_command(const CLI::App& app, const std::vector<std::string>& unknown,
+                          const std::string& name) {
+    std::error_code error;
+    for (const std::string& word : unknown) {
+        if (name.empty() && word != unknown.front()) break;
+        if (word.starts_with('-') || std::filesystem::exists(word, error)) continue;
+        const std::string group = cli::near_command(app, word);
+        if (group.empty()) continue;
+        if (name.empty()) return {word, group};
+        const auto commands =
+            app.get_subcommand(group)->get_subcommands([](const CLI::App*) { return true; });
+        if (std::ranges::find(commands, name, &CLI::App::get_name) != commands.end())
+            return {word, group + " " + name};
+    }
+    return {};
+}
+
 int wrong(const CLI::App& app, const std::string& text) {
     const CLI::App* command = &app;
     std::string name;  // "experiment run"
@@ -89,12 +114,18 @@ int wrong(const CLI::App& app, const std::string& text) {
         for (const CLI::App* each : command->get_subcommands({}))
             found += (found.ends_with(':') ? " " : ", ") + each->get_name();
     }
+    if (const Misspelt misspelt = misspelt_command(app, unknown, name); !misspelt.meant.empty())
+        return fail(wrong_usage, "command line: '" + misspelt.word +
+                                     "' is no command, did you mean 'btfield " + misspelt.meant +
+                                     "'?; see 'btfield " + misspelt.meant + " --help'");
     if (!unknown.empty() && !command->get_subcommands({}).empty()) {
         const bool option = unknown.front().rfind('-', 0) == 0;
         found = "'" + unknown.front() + "' is no " + (option ? "option" : "command") +
                 (name.empty() ? "" : " of " + name);
         const std::string meant = name.empty() && !option ? suggestion(unknown.front()) : "";
         if (!meant.empty()) found += ", did you mean " + meant + "?";
+        const std::string near = name.empty() || option ? "" : cli::near_command(*command, unknown.front());
+        if (!near.empty()) found += ", did you mean 'btfield " + name + " " + near + "'?";
         const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
         if (!name.empty() &&
             std::ranges::find(commands, unknown.front(), &CLI::App::get_name) != commands.end())

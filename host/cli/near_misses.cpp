@@ -121,6 +121,7 @@ std::string like(const CLI::App& command, const std::string& option) {
     std::size_t least = option.size() > short_name ? 3 : 2;
     std::string nearest;
     for (const std::string& name : option_names(command)) {
+        if (option.size() > 2 && name.starts_with(option)) return name;
         const std::size_t distance = edits(option, name);
         if (distance >= least || name.size() <= distance + 1) continue;
         least = distance;
@@ -158,6 +159,18 @@ std::string advice_about(const CLI::App& command, const CLI::App& whole, const s
 }
 
 }  // namespace
+
+std::string near_command(const CLI::App& parent, const std::string& word) {
+    std::size_t least = std::min<std::size_t>(3, (word.size() + 2) / 2);
+    std::string nearest;
+    for (const CLI::App* each : parent.get_subcommands([](const CLI::App*) { return true; })) {
+        const std::size_t distance = edits(word, each->get_name());
+        if (each->get_group().empty() || distance == 0 || distance >= least) continue;
+        least = distance;
+        nearest = each->get_name();
+    }
+    return nearest;
+}
 
 std::string near_miss(const CLI::App& command, const std::vector<std::string>& unknown) {
     const CLI::App* whole = &command;

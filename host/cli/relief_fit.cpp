@@ -289,11 +289,12 @@ void run_fit(ReliefArguments options) {
     ReliefSeconds seconds;
     const Stopwatch fitting;
     Relief relief;
+    std::optional<Progress> bar(std::in_place);
     {
-        Progress bar;
+        const StagesShown reads(*bar, 0.0, 1.0, "", {{"read", 0.0, 0.4}});
         options.relief.progress = [&](std::string_view stage, double share) {
             if (stage == "rule") seconds.read = fitting.seconds();
-            bar.show(share, stage == "read" ? "read" : "fit");
+            if (stage != "read") bar->show(0.4 + 0.4 * share, stage);
         };
         relief = fit_relief(device, lights, options.relief, options.maps);
     }
@@ -301,6 +302,7 @@ void run_fit(ReliefArguments options) {
     for (const std::string& remark : relief.remarks) warn(remark);
 
     const Stopwatch integrating;
+    bar->show(0.8, "integrate");
     IntegrationOptions how;
     how.edges = options.periodic ? SurfaceEdges::periodic : SurfaceEdges::mirror;
     how.flattening = options.flattening;
@@ -309,6 +311,7 @@ void run_fit(ReliefArguments options) {
     seconds.integrate = integrating.seconds();
 
     const Stopwatch writing;
+    bar->show(0.9, "write");
     const double scale = encoded_height_scale(height), white = albedo_scale(relief, files.albedo);
     write_maps(options, files, relief, height, scale, white);
     Json side = conventions_json(height, scale, how.edges);
@@ -317,6 +320,7 @@ void run_fit(ReliefArguments options) {
     side.update(relief_json(options, relief, white));
     if (options.pixel_size) side["pixel_size_mm"] = *options.pixel_size;
     std::optional<LightPolynomial> polynomial;
+    bar.reset();
     if (options.relight) {
         polynomial = write_relight(device, options, files, lights, relief);
         for (const std::string& remark : polynomial->remarks) warn(remark);
@@ -462,7 +466,13 @@ void add_relief_fit(CLI::App& parent, Action& action) {
              "Directions to lights are x right, y up, z to the viewer.",
              "A surface that shines like a mirror, or steps that hide from many lights, have no normals "
              "by this way: --maps shows where."}});
-    command->callback([options, &action] { action = [options] { run_fit(*options); }; });
+    command->callback([options, &action] {
+        const LightRule rule = options->relief.rule;
+        if (options->relief.roughness && rule != LightRule::lobe && rule != LightRule::automatic)
+            throw UsageError("--roughness: the rule " + std::string(detail::word_of(rule)) +
+                             " knows no gloss; leave it out, or take --robust lobe");
+        action = [options] { run_fit(*options); };
+    });
 }
 
 }  // namespace btfield::cli

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <system_error>
+#include <utility>
 
 #include "btfield/error.hpp"
 
@@ -23,6 +24,8 @@ std::string formatted(const char* format, Arguments... arguments) {
     const int length = std::snprintf(buffer.data(), buffer.size(), format, arguments...);
     return {buffer.data(), static_cast<std::size_t>(std::clamp(length, 0, 63))};
 }
+
+constexpr double line_interval = 10.0;  // seconds
 
 }  // namespace
 
@@ -90,10 +93,39 @@ std::string seconds_text(double seconds) {
 
 Progress::Progress(Lines lines)
     : terminal_(!quiet && ::isatty(STDERR_FILENO) == 1),
-      lines_(!quiet && !terminal_ && (lines == Lines::always || !read_by_programs)) {}
+      lines_(!quiet && !terminal_ && (lines == Lines::always || !read_by_programs)) {
+    if (!lines_) return;
+    try {
+        repeating_ = std::thread([this] { repeat_lines(); });
+    } catch (const std::system_error&) {
+        // No thread to be had: lines come as parts of the work end.
+    }
+}
 
 Progress::~Progress() {
+    {
+        const std::lock_guard lock(showing_);
+        ended_ = true;
+    }
+    ending_.notify_all();
+    if (repeating_.joinable()) repeating_.join();
     if (shown_) std::fputs("\r\x1b[K", stderr);
+}
+
+void Progress::put_line() {
+    const double now = watch_.seconds();
+    if (line_.empty() || now - last_line_ < line_interval) return;
+    last_line_ = now;
+    std::fputs((line_ + "\n").c_str(), stderr);
+}
+
+void Progress::repeat_lines() {
+    std::unique_lock lock(showing_);
+    while (!ended_) {
+        const double left = std::max(0.0, last_line_ + line_interval - watch_.seconds());
+        ending_.wait_for(lock, std::chrono::duration<double>(left + 0.01));
+        if (!ended_) put_line();
+    }
 }
 
 void Progress::show(double fraction, std::string_view what, std::string_view line) {
@@ -101,14 +133,9 @@ void Progress::show(double fraction, std::string_view what, std::string_view lin
     const double share = std::clamp(fraction, 0.0, 1.0);
     const std::lock_guard lock(showing_);
     if (lines_) {
-        constexpr double interval = 10.0;  // seconds
-        const double now = watch_.seconds();
-        if (now - last_line_ < interval) return;
-        last_line_ = now;
-        const std::string text = line.empty()
-                                     ? formatted("%.0f %%: ", std::floor(100.0 * share)) + std::string(what)
-                                     : std::string(line);
-        std::fputs((text + "\n").c_str(), stderr);
+        line_ = line.empty() ? formatted("%.0f %%: ", std::floor(100.0 * share)) + std::string(what)
+                             : std::string(line);
+        put_line();
         return;
     }
     constexpr int width = 30;
@@ -118,6 +145,21 @@ void Progress::show(double fraction, std::string_view what, std::string_view lin
     std::fprintf(stderr, "\r\x1b[K[%-*s] %.*s", width, bar.c_str(), shown, what.data());
     std::fflush(stderr);
     shown_ = true;
+}
+
+StagesShown::StagesShown(Progress& bar, double begin, double share, std::string of,
+                         std::initializer_list<Part> parts)
+    : bar_(bar),
+      begin_(begin),
+      share_(share),
+      of_(std::move(of)),
+      parts_(parts),
+      scope_([this](std::string_view stage, double done) { show(stage, done); }) {}
+
+void StagesShown::show(std::string_view stage, double done) {
+    for (const Part& part : parts_)
+        if (part.stage == stage) shown_ = std::max(shown_, part.begin + done * (part.end - part.begin));
+    bar_.show(begin_ + share_ * shown_, of_ + std::string(stage));
 }
 
 }  // namespace btfield::cli

@@ -4,13 +4,17 @@
 /// What goes to standard output and standard error.
 
 #include <chrono>
+#include <condition_variable>
+#include <initializer_list>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "btfield/image.hpp"
+#include "btfield/progress.hpp"
 #include "host/base/text_table.hpp"
 
 namespace btfield::cli {
@@ -65,7 +69,7 @@ class Stopwatch {
 };
 
 /// On standard error while work goes on: a bar where that is a terminal, gone at the end; else a line every
-/// ten seconds, of commands that take so long. From any thread.
+/// ten seconds, of commands that take so long, also where a part of the work takes longer. From any thread.
 class Progress {
   public:
     /// Whether there are lines also where a program reads the result.
@@ -79,11 +83,41 @@ class Progress {
     void show(double fraction, std::string_view what, std::string_view line = {});
 
   private:
+    void repeat_lines();
+    /// Where ten seconds have passed. Under the mutex.
+    void put_line();
+
     bool terminal_, lines_;
-    bool shown_ = false;
+    bool shown_ = false, ended_ = false;
     double last_line_ = 0.0;  ///< seconds
+    std::string line_;        ///< empty: nothing to say yet
     Stopwatch watch_;
     std::mutex showing_;
+    std::condition_variable ending_;
+    std::thread repeating_;
+};
+
+/// While it lives, stages of the library (btfield/progress.hpp) that its thread asks for are parts of a bar.
+class StagesShown {
+  public:
+    struct Part {
+        std::string_view stage;
+        double begin, end;  ///< shares
+    };
+    /// \param begin, share  of the bar, which the parts' shares are shares of
+    /// \param of            stands before the stages' names
+    /// \param parts         other stages leave the bar where it is
+    StagesShown(Progress& bar, double begin, double share, std::string of, std::initializer_list<Part> parts);
+
+  private:
+    void show(std::string_view stage, double done);
+
+    Progress& bar_;
+    double begin_, share_;
+    std::string of_;
+    std::vector<Part> parts_;
+    double shown_ = 0.0;  ///< of the parts: it never falls
+    ProgressScope scope_;
 };
 
 }  // namespace btfield::cli

@@ -283,7 +283,14 @@ void add_synth(CLI::App& app, Action& action) {
                   {"btfield synth cork.json -o raster.png --method raster"},
                   {"btfield synth cork.json -o cork.exr --type float", "linear light, as EXR has it"},
                   {"btfield synth cork.json -o cork.exr --device gpu --profile"}}});
-    command->callback([options, &action] { action = [options] { run(*options); }; });
+    command->callback([command, options, &action] {
+        if (options->synthesis.method == SynthesisMethod::raster &&
+            options->synthesis.noise_domain == NoiseDomain::frequency && command->count("--noise-domain") > 0)
+            throw UsageError(
+                "--noise-domain: noise of a raster recursion is drawn in space; leave it out, or "
+                "take --method torus");
+        action = [options] { run(*options); };
+    });
 }
 
 }  // namespace btfield::cli

@@ -44,6 +44,10 @@ void set_model(const SynthArguments& options, SynthJob& job, CompoundModel model
             "this is a compound model, and only causal autoregressive ones can be run pixel after "
             "pixel",
             "leave out --method");
+    if (options.synthesis.noise_domain == NoiseDomain::spatial)
+        throw InputError("synthesise '" + job.file + "' with noise drawn in space",
+                         "it is a compound model, whose regions' models say where theirs is drawn",
+                         "leave out --noise-domain");
     if (!options.control.empty()) {
         job.control = read_labels(options.control, palette(model));
         if (!options.offset && options.size && job.control->size != *options.size)

@@ -22,6 +22,8 @@ constexpr int smoothing_radius = 4;
 constexpr int rows_smoothed_at_once = 16;
 /// Values of three planes that say nothing of themselves are a picture's up to here.
 constexpr float range_slack = 0.05F;
+/// What float32 can be multiplied with and stay finite.
+constexpr double most_scale = 1e30;
 
 float linear_of_srgb(float v) {
     return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);
@@ -140,15 +142,40 @@ PixelPlanes bounded_planes(const Image& picture) {
     return planes;
 }
 
+/// Light has no white of its own: its mean is taken for mid-grey, so that no unit matters.
+float light_scale(const Image& picture) {
+    constexpr double mid_grey = 0.18;
+    double sum = 0.0;
+    for (const float v : picture.values()) sum += std::abs(static_cast<double>(v));
+    const double scale = mid_grey * static_cast<double>(picture.values().size()) / sum;
+    return std::isfinite(scale) && scale < most_scale ? static_cast<float>(scale) : 1.0F;
+}
+
+/// Encoded values are parts of white, unless they are so large, or all so small, that they cannot be: then
+/// the largest is white.
+float encoded_scale(const Image& picture) {
+    constexpr float darkest = 1.0F / 64.0F, brightest = 2.0F;
+    float largest = 0.0F;
+    for (const float v : picture.values()) largest = std::max(largest, std::abs(v));
+    const bool parts = largest >= darkest && largest <= brightest;
+    return parts || !(largest > 0.0F) ? 1.0F : 1.0F / largest;
+}
+
+float white_scale(const Image& picture) {
+    const bool light = picture.space() == ColourSpace::linear || picture.space() == ColourSpace::xyz;
+    return light ? light_scale(picture) : encoded_scale(picture);
+}
+
 }  // namespace
 
-PixelPlanes lab_of(const Image& picture) {
+PixelPlanes lab_of(const Image& picture, float scale) {
     PixelPlanes lab(3, area(picture.size()));
     const ColourSpace space = picture.space();
     const bool encoded = space == ColourSpace::srgb || space == ColourSpace::unspecified;
     for_each_pixel_block(lab.pixels, [&](size_t first, size_t end) {
         for (size_t i = first; i < end; ++i) {
             std::array colour{picture.plane(0)[i], picture.plane(1)[i], picture.plane(2)[i]};
+            for (float& v : colour) v *= scale;
             if (encoded) std::ranges::transform(colour, colour.begin(), linear_of_srgb);
             colour = lab_of_xyz(space == ColourSpace::xyz ? colour : xyz_of(colour));
             for (int p = 0; p < 3; ++p) lab.plane(p)[i] = colour[static_cast<size_t>(p)];
@@ -192,7 +219,7 @@ ClusterSpace space_of(const Image& picture, ClusterSpace space, const std::strin
 }
 
 PixelPlanes cluster_features_of(const Image& picture, ClusterSpace space) {
-    if (space == ClusterSpace::lab) return lab_of(picture);
+    if (space == ClusterSpace::lab) return lab_of(picture, white_scale(picture));
     if (space == ClusterSpace::planes) return scaled_planes(picture);
     return bounded_planes(picture);
 }

@@ -26,7 +26,8 @@ struct PixelPlanes {
 };
 
 /// CIE L*a*b* for the white D65 of three planes: XYZ, linear light, or else taken as sRGB.
-[[nodiscard]] PixelPlanes lab_of(const Image& picture);
+/// \param scale  of the values beforehand
+[[nodiscard]] PixelPlanes lab_of(const Image& picture, float scale = 1.0F);
 
 /// Gaussian of standard deviation 1 pixel; beyond the edges their pixels go on.
 [[nodiscard]] PixelPlanes smoothed(const PixelPlanes& planes, Size size);

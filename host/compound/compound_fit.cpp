@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "btfield/image_io.hpp"
 #include "host/base/stop.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 #include "host/cl/device_impl.hpp"
 #include "host/compound/conditional_mean.hpp"
 #include "host/compound/control_growth.hpp"
@@ -134,10 +136,12 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
         start = now;
         stop_if_asked();
     };
+    std::optional<Stage> stage(std::in_place, "control field");
     Clustering clustering = control_of(image, options);
     const ControlField& field = clustering.field;
     lap("control field");
 
+    stage.emplace("conditional mean");
     MeanWeights weights = options.borders == Borders::conditional ? fit_conditional_mean(image, field)
                                                                   : regional_means(image, field);
     Image mean = conditional_mean(device.impl(), weights, field);
@@ -160,7 +164,8 @@ CompoundModel fit_compound(Device& device, const Image& image, const CompoundOpt
     model.regions = regions_of(image, field, std::move(weights.regions));
     lap("conditional mean");
 
-    RegionalFit regional = fit_regions(device, mean, field, options.local, options.averages);
+    stage.emplace("regions");
+    RegionalFit regional = fit_regions(device, image, mean, field, options.local, options.averages);
     for (size_t k = 0; k < model.regions.size(); ++k)
         model.regions[k].residual = std::move(regional.residuals[k]);
     lap("regions");

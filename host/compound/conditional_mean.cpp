@@ -5,8 +5,9 @@
 #include <utility>
 
 #include "host/base/dense.hpp"
-#include "host/base/parallel.hpp"
+#include "host/base/stop.hpp"
 #include "host/base/wide.hpp"
+#include "host/base/work_part.hpp"
 #include "host/roller/features.hpp"
 
 namespace btfield::detail {
@@ -118,7 +119,8 @@ class Observations {
           unknowns_(static_cast<size_t>(field.regions * context_filters) + 1),
           rows_(unknowns_ + static_cast<size_t>(image.planes())),
           values_(rows_ * pixels_.size()) {
-        for_each_block(field.regions, [&](int k) { observe_region(field, k); });
+        const WorkPart share(0.4);
+        for_each_part(field.regions, [&](int k) { observe_region(field, k); });
         std::fill_n(row(unknowns_ - 1), pixels_.size(), 1.0F);
         for (int p = 0; p < image.planes(); ++p) {
             const std::span<const float> plane = image.plane(p);
@@ -141,7 +143,8 @@ class Observations {
                 blocks.push_back({fold, at, std::min(end, at + chunk * chunks_per_block)});
         }
         std::vector<RowMajorMatrix> parts(blocks.size());
-        for_each_block(static_cast<int>(blocks.size()), [&](int n) {
+        const WorkPart share(0.4);
+        for_each_part(static_cast<int>(blocks.size()), [&](int n) {
             const Block& block = blocks[static_cast<size_t>(n)];
             RowMajorMatrix& sum = parts[static_cast<size_t>(n)];
             sum = RowMajorMatrix::Zero(rows, rows);
@@ -213,7 +216,8 @@ class Regression {
     /// [unknown][plane], with the ridge that tells folds best.
     [[nodiscard]] Eigen::MatrixXd solve() const {
         std::array<double, ridges.size()> errors{};
-        for_each_block(static_cast<int>(ridges.size()), [&](int n) {
+        const WorkPart share(0.1);
+        for_each_part(static_cast<int>(ridges.size()), [&](int n) {
             errors[static_cast<size_t>(n)] = error_of(ridges[static_cast<size_t>(n)]);
         });
         size_t chosen = 0;
@@ -242,6 +246,7 @@ class Regression {
     [[nodiscard]] double error_of(double ridge) const {
         double sum = 0.0;
         for (const RowMajorMatrix& own : products_) {
+            stop_if_asked();
             const double held = own(unknowns_ - 1, unknowns_ - 1);
             const RowMajorMatrix others = sum_ - own;
             const Eigen::MatrixXd weights = solution(others, ridge * (count_ - held));

@@ -9,6 +9,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 #include "host/compound/cluster_features.hpp"
 #include "host/compound/cluster_sample.hpp"
 #include "host/compound/compound_names.hpp"
@@ -135,7 +136,9 @@ std::string too_few(int colours, int regions) {
 /// \param colours  at least 2: how many the picture has, counted up to options.most
 Clustering most_regions_apart(const Pixels& pixels, const ClusterOptions& options, int colours) {
     std::string defect = too_few(colours, options.most);
+    const double all = 0.5 * colours * (colours + 1);  // what k clusters take is about k times what one takes
     for (int k = colours; k >= 2; --k) {
+        const WorkPart share(k / all);
         const std::vector<float> centres = pixels.centres(k);
         std::string next;
         for (const int iterations : {0, final_iterations}) {  // most numbers fail without the latter

@@ -88,25 +88,59 @@ Image main_planes(const Image& image) {
     return result;
 }
 
+/// What Roller::tile() takes.
+int overlap_of(int shorter_side) {
+    return std::max(2, shorter_side / 8);
+}
+
+int largest_tile(int side) {
+    int tile = 8 * side / 9;
+    while (tile + 1 + overlap_of(tile + 1) <= side) ++tile;
+    return tile;
+}
+
+bool has_several(const ControlField& field) {
+    return std::any_of(field.labels.begin(), field.labels.end(),
+                       [&](std::uint8_t label) { return label != field.labels.front(); });
+}
+
+Image numbers_of(const ControlField& field) {
+    Image numbers(field.size, 1);
+    std::ranges::transform(field.labels, numbers.plane(0).begin(),
+                           [](std::uint8_t label) { return static_cast<float>(label); });
+    return numbers;
+}
+
 /// What the labels look like, or the labels themselves where all look alike.
 Image looks(Device& device, const CompoundModel& model, const ControlField& sample) {
     Image image = conditional_mean(device.impl(), mean_weights(model), sample);
     image.set_space(model.space);
     image.set_names(model.names);
     if (varies(image)) return image;
-    Image numbers(sample.size, 1);
-    std::ranges::transform(sample.labels, numbers.plane(0).begin(),
-                           [](std::uint8_t label) { return static_cast<float>(label); });
-    return numbers;
+    return numbers_of(sample);
 }
 
 }  // namespace
 
 ControlField control_tile(Device& device, const ControlField& field, const Image& mean, Size size) {
+    const std::string asked = "keep a tile of " + text_of(size) + " of the control field";
     if (size.height > field.size.height || size.width > field.size.width)
-        throw InputError("keep a tile of " + text_of(size) + " of the control field",
-                         "the picture is " + text_of(field.size), "ask for a smaller tile, or for none");
-    const std::array<Image, 1> compared{varies(mean) ? main_planes(mean) : mean};
+        throw InputError(asked, "the picture is " + text_of(field.size),
+                         "ask for a smaller tile, or for none");
+    if (!has_several(field))
+        return {size, field.regions, std::vector<std::uint8_t>(area(size), field.labels.front())};
+    const auto beyond = [overlap = overlap_of(std::min(size.height, size.width))](int side) {
+        return side + overlap;
+    };
+    if (beyond(size.height) > field.size.height || beyond(size.width) > field.size.width)
+        throw InputError(asked,
+                         "with what its edges overlap by, " +
+                             counted(overlap_of(std::min(size.height, size.width)), "pixel") +
+                             ", it does not fit into the picture of " + text_of(field.size),
+                         "ask for at most " +
+                             std::to_string(largest_tile(std::min(field.size.height, field.size.width))) +
+                             " along the shorter side, or for none: then all of the control field is kept");
+    const std::array<Image, 1> compared{varies(mean) ? main_planes(mean) : numbers_of(field)};
     const SourceMap map = Roller(device, compared).tile(size);
     ControlField tile{size, field.regions, {}};
     tile.labels.reserve(map.source.size());
@@ -119,9 +153,7 @@ ControlGrowth::ControlGrowth(Device& device, const CompoundModel& model) : sampl
         const auto continued = [](int side) { return side + side / continued_share; };
         sample_ = on_lattice(sample_, {continued(sample_.size.height), continued(sample_.size.width)});
     }
-    const bool several = std::any_of(sample_.labels.begin(), sample_.labels.end(),
-                                     [&](std::uint8_t label) { return label != sample_.labels.front(); });
-    if (!several) return;
+    if (!has_several(sample_)) return;
     const Image look = looks(device, model, sample_);
     const int side = std::min(sample_.size.height, sample_.size.width);
     compare(device, look, side >= 2 * smallest_reduced_side ? 2 : 1);

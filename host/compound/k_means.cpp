@@ -10,6 +10,7 @@
 
 #include "host/base/parallel.hpp"
 #include "host/base/wide.hpp"
+#include "host/base/work_part.hpp"
 #include "host/roller/features.hpp"
 
 namespace btfield::detail {
@@ -257,6 +258,7 @@ Start finished_start(const PixelPlanes& sample, int regions, Dice& dice) {
     Start start{seeded_centres(sample, regions, dice)};
     std::vector<std::uint8_t> labels(sample.pixels, no_label);
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
+        work_nearer(share_of_step);
         RegionSums sums = label_pixels(sample, start.centres, regions, labels, false);
         start.inertia = sums.inertia;
         if (!sums.changed) break;
@@ -269,7 +271,7 @@ Start finished_start(const PixelPlanes& sample, int regions, Dice& dice) {
 
 std::vector<float> k_means_centres(const PixelPlanes& sample, int regions, std::uint64_t seed) {
     std::array<Start, starts> tried;
-    for_each_block(starts, [&](int start) {
+    for_each_part(starts, [&](int start) {
         Dice dice(draw(start < common_starts ? 0 : seed, static_cast<std::uint64_t>(start)));
         tried[static_cast<size_t>(start)] = finished_start(sample, regions, dice);
     });

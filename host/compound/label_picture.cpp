@@ -96,11 +96,13 @@ ControlField labels_by_colour(const Image& image, std::span<const PaletteColour>
             label = static_cast<std::size_t>(nearest - palette.begin());
         }
         if (colour != palette[label]) {
-            throw InputError(asked,
-                             "the colour at " + place_of(i, field.size) + ", " + colour_text(colour) +
-                                 ", is not in the palette",
-                             "paint with the palette's colours and hard edges; the nearest is " +
-                                 colour_text(palette[label]) + ", of region " + std::to_string(label));
+            throw InputError(
+                asked,
+                "the colour at " + place_of(i, field.size) + ", " + colour_text(colour) +
+                    ", is not in the palette",
+                "paint with the palette's colours, which are others once regions were edited, and "
+                "hard edges; the nearest is " +
+                    colour_text(palette[label]) + ", of region " + std::to_string(label));
         }
         field.labels[i] = static_cast<std::uint8_t>(label);
     }

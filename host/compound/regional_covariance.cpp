@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "host/base/parallel.hpp"
+#include "host/base/stop.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -44,6 +45,7 @@ LagSums sums_at(const Deviations& y, Size size, std::span<const std::uint8_t> la
     LagSums result{std::vector<double>(regions * d * d, 0.0), std::vector<double>(regions, 0.0)};
     const auto wrapped = [](int i, int n) { return static_cast<size_t>(((i % n) + n) % n); };
     for (int r = 0; r < size.height; ++r) {
+        if (r % 64 == 0) stop_if_asked();
         const size_t here = static_cast<size_t>(r) * width, there = wrapped(r + s.row, size.height) * width;
         for (int c = 0; c < size.width; ++c) {
             const size_t a = here + static_cast<size_t>(c), b = there + wrapped(c + s.column, size.width);
@@ -70,7 +72,7 @@ std::vector<LagCovariance> regional_covariances(const Image& image, std::span<co
         for (int column = row == 0 ? 0 : -box.column; column <= box.column; ++column)
             lags.push_back({row, column});
     std::vector<LagSums> sums(lags.size());
-    for_each_block(static_cast<int>(lags.size()), [&](int l) {
+    for_each_part(static_cast<int>(lags.size()), [&](int l) {
         sums[static_cast<size_t>(l)] = sums_at(y, image.size(), labels, d, lags[static_cast<size_t>(l)]);
     });
     std::vector<LagCovariance> result;

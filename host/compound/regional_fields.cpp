@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "host/base/eigen.hpp"
+#include "host/base/stop.hpp"
+#include "host/base/work_part.hpp"
 #include "host/spectrum/spectral_form.hpp"
 #include "host/synthesis/convolution.hpp"
 #include "host/synthesis/independent_planes.hpp"
@@ -84,6 +86,13 @@ Range range_of(const DeviceImpl& device, Size lattice) {
     return {(static_cast<size_t>(lattice.width) + lanes - 1) / lanes, static_cast<size_t>(lattice.height), 1};
 }
 
+/// Whoever may want no more of it does not wait for all regions of a large picture.
+void let_stop(DeviceImpl& device) {
+    if (StopScope::current() == nullptr) return;
+    device.finish();
+    stop_if_asked();
+}
+
 }  // namespace
 
 RegionalFields::RegionalFields(DeviceImpl& device, std::span<const TextureModel* const> regions, Size size)
@@ -94,6 +103,7 @@ RegionalFields::RegionalFields(DeviceImpl& device, std::span<const TextureModel*
       stages_(device, factor_) {
     for (size_t k = 0; k < layout_.sizes.size(); ++k) {
         const double share = static_cast<double>(regions.size() * layout_.sizes.size());
+        WorkPart part(1.0 / static_cast<double>(layout_.sizes.size()));
         add_level(regions, k, device.memory_limit() / (4.0 * share));
     }
 }
@@ -103,6 +113,7 @@ void RegionalFields::add_level(std::span<const TextureModel* const> regions, siz
     Level level;
     GatheredAverages averages(regions.size(), planes_, t);
     for (size_t region = 0; region < regions.size(); ++region) {
+        work_done(static_cast<double>(region) / static_cast<double>(regions.size()));
         const TextureModel& model = *regions[region];
         if (k >= model.levels.size()) continue;
         const LevelModel& own = model.levels[k];
@@ -118,6 +129,7 @@ void RegionalFields::add_level(std::span<const TextureModel* const> regions, siz
                              own.gain * std::sqrt(variance),
                              std::vector<double>(static_cast<size_t>(planes), 0.0), budget)});
         level.spectral.back().factors.store(*device_);
+        let_stop(*device_);
         static_cast<void>(device_->ffts().plan(*device_, t, device_->options().fft));
     }
     if (averages.empty()) averages.add(0, {{NeighbourhoodKind::custom, {{}}, {}}, 1, {0.0}, {1.0}}, 0.0);
@@ -167,7 +179,10 @@ DevicePlanes RegionalFields::grow_level(size_t k, const Buffer& labels, const Bu
                         level.offsets, level.offsets_count, t.height, t.width, fine.height, fine.width, step,
                         level.reach);
     }
-    for (const SpectralRegion& own : level.spectral) add_spectral(own, k, labels, keys, result.values);
+    for (const SpectralRegion& own : level.spectral) {
+        add_spectral(own, k, labels, keys, result.values);
+        let_stop(*device_);
+    }
     return result;
 }
 

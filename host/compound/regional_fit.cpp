@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "btfield/error.hpp"
 #include "btfield/pyramid.hpp"
@@ -13,6 +14,8 @@
 #include "host/base/eigen.hpp"
 #include "host/base/parallel.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
+#include "host/compound/flat_regions.hpp"
 #include "host/compound/regional_averages.hpp"
 #include "host/compound/regional_covariance.hpp"
 #include "host/compound/regional_gains.hpp"
@@ -33,8 +36,9 @@ constexpr int usual_levels = 3;  // P1's
 constexpr size_t fewest_pixels = 100;
 
 /// Deviations of a region below this part of the residual's own are replaced by noise of that size: what does
-/// not vary has no model.
-constexpr float smallest_deviation = 1e-4F;
+/// not vary has no model. A residual below a hundredth of the picture's deviation counts as if it had that:
+/// of a picture with one colour to a region it is rounding.
+constexpr double smallest_deviation = 1e-4, smallest_residual = 1e-2;
 
 /// What the regional models are fitted to, and how it came about.
 struct ModelledPlanes {
@@ -49,8 +53,16 @@ std::vector<std::vector<size_t>> pixels_of(const ControlField& field) {
     return pixels;
 }
 
+std::vector<double> deviations_of(const Image& image) {
+    const std::vector<std::uint8_t> same(area(image.size()), 0);
+    std::vector<double> result = regional_variances(image, same, 1);
+    for (double& value : result) value = std::sqrt(std::max(0.0, value));
+    return result;
+}
+
 /// Adds noise to regions in which a plane hardly varies.
-void stir(Image& image, const std::vector<std::vector<size_t>>& pixels) {
+/// \param deviations of the planes of what the image is taken from
+void stir(Image& image, const std::vector<std::vector<size_t>>& pixels, std::span<const double> deviations) {
     for (int p = 0; p < image.planes(); ++p) {
         const std::span<float> plane = image.plane(p);
         const auto deviation = [&](const std::vector<size_t>& of) {
@@ -63,9 +75,9 @@ void stir(Image& image, const std::vector<std::vector<size_t>>& pixels) {
             return count > 0.0 ? std::sqrt(std::max(0.0, squares / count - sum * sum / (count * count)))
                                : 0.0;
         };
-        double largest = 0.0;
+        double largest = smallest_residual * deviations[static_cast<size_t>(p)];
         for (const auto& region : pixels) largest = std::max(largest, deviation(region));
-        const float least = largest > 0.0 ? smallest_deviation * static_cast<float>(largest) : 1e-6F;
+        const auto least = static_cast<float>(smallest_deviation * largest);
         for (const auto& region : pixels) {
             if (deviation(region) >= static_cast<double>(least)) continue;
             for (const size_t n : region) {
@@ -81,7 +93,7 @@ ModelledPlanes gaussianised(Image eigenplanes, SpectralBasis basis,
                             const std::vector<std::vector<size_t>>& pixels) {
     ModelledPlanes result{std::move(basis), std::vector<std::vector<Marginal>>(pixels.size()),
                           std::move(eigenplanes)};
-    stir(result.planes, pixels);
+    stir(result.planes, pixels, deviations_of(result.planes));
     for_each_block(static_cast<int>(pixels.size()), [&](int k) {
         const std::vector<size_t>& own = pixels[static_cast<size_t>(k)];
         if (own.empty()) return;
@@ -99,10 +111,10 @@ ModelledPlanes gaussianised(Image eigenplanes, SpectralBasis basis,
     return result;
 }
 
-ModelledPlanes modelled(const Image& residual, const std::vector<std::vector<size_t>>& pixels,
-                        const FitOptions& local) {
+ModelledPlanes modelled(const Image& picture, const Image& residual,
+                        const std::vector<std::vector<size_t>>& pixels, const FitOptions& local) {
     Image stirred = residual;
-    stir(stirred, pixels);
+    stir(stirred, pixels, deviations_of(picture));
     if (local.marginals == MarginalMode::none && !is_2d(local.model)) {
         SpectralBasis varying = varying_planes(stirred);
         Image planes = varying.planes == 0 ? std::move(stirred) : to_eigenplanes(varying, stirred);
@@ -223,11 +235,16 @@ LevelModel fit_covariances(const RegionalLevel& data, int region, int regions, O
     return *std::move(last);
 }
 
+/// Of the time that a level takes.
+constexpr double share_of_covariances = 0.3;
+
 class RegionalEstimator {
   public:
+    /// \param flat  which regions hardly vary: they are white noise
     RegionalEstimator(const ControlField& field, const FitOptions& local, AveragesEstimator averages,
-                      const Support& support)
+                      const Support& support, std::vector<bool> flat)
         : regions_(field.regions),
+          flat_(std::move(flat)),
           local_(&local),
           averages_(averages),
           support_(&support),
@@ -240,13 +257,21 @@ class RegionalEstimator {
         std::array<std::vector<LagCovariance>, 2> statistics;
         auto& pairs = statistics[static_cast<size_t>(PairCount::pairs)];
         const bool decrement = averages && averages_ == AveragesEstimator::random_decrement;
-        pairs = regional_covariances(data.image, data.labels, regions_, decrement ? Offset{} : box_,
-                                     PairCount::pairs);
+        {
+            const WorkPart share(share_of_covariances);
+            pairs = regional_covariances(data.image, data.labels, regions_, decrement ? Offset{} : box_,
+                                         PairCount::pairs);
+        }
         std::optional<LevelModel> all;
         std::vector<LevelModel> models(static_cast<size_t>(regions_));
         std::vector<int> own;
         std::string small;
         for (int k = 0; k < regions_; ++k) {
+            if (!averages && flat_[static_cast<size_t>(k)]) {
+                models[static_cast<size_t>(k)] =
+                    white_level(data.image.size(), pairs[static_cast<size_t>(k)], *local_, *support_);
+                continue;
+            }
             if (data.counts[static_cast<size_t>(k)] >= needed(data)) {
                 own.push_back(k);
                 continue;
@@ -259,11 +284,13 @@ class RegionalEstimator {
             reasons.push_back("at level " + std::to_string(depth) + " regions with fewer than " +
                               counted(needed(data), "pixel") + " have the model of all: " + small);
         const auto one = [&](int n) {
+            WorkPart share((1.0 - share_of_covariances) / static_cast<double>(own.size()));
             const int k = own[static_cast<size_t>(n)];
             models[static_cast<size_t>(k)] =
                 averages ? fit_averages(data, pairs[static_cast<size_t>(k)], mask_of(data.labels, k), *local_,
                                         averages_, *support_)
                          : fit_covariances(data, k, regions_, box_, statistics, *local_, *support_);
+            share.done(1.0);
         };
         if (averages)
             for_each_block(static_cast<int>(own.size()), one);
@@ -289,6 +316,7 @@ class RegionalEstimator {
     }
 
     int regions_;
+    std::vector<bool> flat_;
     const FitOptions* local_;
     AveragesEstimator averages_;
     const Support* support_;
@@ -321,12 +349,13 @@ int levels_of(Size size, const FitOptions& local, const Support& support) {
 
 }  // namespace
 
-RegionalFit fit_regions(Device& device, const Image& residual, const ControlField& field,
-                        const FitOptions& local, AveragesEstimator averages) {
+RegionalFit fit_regions(Device& device, const Image& picture, const Image& residual,
+                        const ControlField& field, const FitOptions& local, AveragesEstimator averages) {
     const Support support = support_of(local);
     const int levels = levels_of(residual.size(), local, support);
     const std::vector<std::vector<size_t>> pixels = pixels_of(field);
-    const ModelledPlanes planes = modelled(residual, pixels, local);
+    std::optional<WorkPart> beginning(std::in_place, 0.05);
+    const ModelledPlanes planes = modelled(picture, residual, pixels, local);
     TextureModel common;
     common.kind = local.model;
     common.size = residual.size();
@@ -343,16 +372,26 @@ RegionalFit fit_regions(Device& device, const Image& residual, const ControlFiel
 
     std::vector<Image> pyramid = levels > 1 ? decompose(device, planes.planes, levels, local.factor)
                                             : std::vector<Image>{planes.planes};
-    const RegionalEstimator estimator(field, local, averages, support);
+    const std::vector<bool> flat = flat_regions(residual, field, deviations_of(picture));
+    if (const std::string text = flat_reason(flat); family(local.model) != Family::ma && !text.empty())
+        result.reasons.push_back(text);
+    const RegionalEstimator estimator(field, local, averages, support, flat);
     std::vector<std::vector<double>> variances;
     int step = 1;
+    double all = 0.0;
+    for (const Image& level : pyramid) all += static_cast<double>(area(level.size()));
+    beginning.reset();
     for (size_t l = 0; l < pyramid.size(); ++l, step *= local.factor) {
+        // Covariances take time by the pixel, likelihoods the same at every level.
+        WorkPart share(0.35 * (static_cast<double>(area(pyramid[l].size())) / all +
+                               1.0 / static_cast<double>(pyramid.size())));
         RegionalLevel data{std::move(pyramid[l]), {}, std::vector<size_t>(pixels.size(), 0)};
         data.labels = coarse_labels(field, step);
         for (const std::uint8_t label : data.labels) ++data.counts[label];
         variances.push_back(regional_variances(data.image, data.labels, field.regions));
         std::vector<LevelModel> models = estimator.fit(data, l, result.reasons);
         for (size_t k = 0; k < models.size(); ++k) result.residuals[k].levels.push_back(std::move(models[k]));
+        share.done(1.0);
     }
     balance_levels(device, planes.planes, field, variances, local.gains, result.residuals);
     return result;

@@ -17,11 +17,13 @@ struct RegionalFit {
 
 /// Levels are estimated as if they had nothing in common, and near borders what is coarse comes from both
 /// sides: see balance_levels() for what is done about that.
+/// \param picture  which says what is large
 /// \param residual the picture less its conditional mean; means of regions are about 0
 /// \param local    as CompoundOptions::local
 /// \param averages how those of families of moving averages are estimated
 /// \throws InputError as fit_compound()
-[[nodiscard]] RegionalFit fit_regions(Device& device, const Image& residual, const ControlField& field,
-                                      const FitOptions& local, AveragesEstimator averages);
+[[nodiscard]] RegionalFit fit_regions(Device& device, const Image& picture, const Image& residual,
+                                      const ControlField& field, const FitOptions& local,
+                                      AveragesEstimator averages);
 
 }  // namespace btfield::detail

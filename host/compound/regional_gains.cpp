@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <variant>
 
 #include "btfield/pyramid.hpp"
 #include "host/analysis/lag_matrices.hpp"
 #include "host/base/eigen.hpp"
 #include "host/base/non_negative.hpp"
+#include "host/base/work_part.hpp"
 #include "host/compound/regional_covariance.hpp"
 #include "host/compound/regional_fields.hpp"
 #include "host/spectrum/spectral_form.hpp"
@@ -198,11 +200,19 @@ void balance_levels(Device& device, const Image& planes, const ControlField& fie
     const size_t levels = variances.size();
     const bool balanced = gains == GainMode::match && levels > 1;
     std::vector<GrownLevel> grown;
+    std::optional<WorkPart> share(std::in_place, 0.17);
     {
         LevelGrowth growth(device, field, residuals);
-        for (size_t l = 0; l < levels; ++l)
+        share.reset();
+        share.emplace(0.07);
+        for (size_t l = 0; l < levels; ++l) {
+            WorkPart part(1.0 / static_cast<double>(levels));
             grown.push_back(growth.grow(l, static_cast<int>(levels), balanced));
+            part.done(1.0);
+        }
     }
+    share.reset();
+    share.emplace(0.01);
     const auto wanted = regional_covariances(planes, field.labels, field.regions, {}, PairCount::pairs);
     for (size_t k = 0; k < residuals.size(); ++k) {
         TextureModel& residual = residuals[k];

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -18,6 +19,7 @@
 #include "host/base/parallel.hpp"
 #include "host/base/stop.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 #include "host/fit/analysed_picture.hpp"
 #include "host/fit/correlated_support.hpp"
 #include "host/fit/fit_names.hpp"
@@ -33,6 +35,9 @@ using namespace detail;
 namespace {
 
 using std::size_t;
+
+/// Of what is left of a choice, a fit's: how many there will be depends on what is found.
+constexpr double share_of_choice = 0.12;
 
 /// Adds up the time that passes in each stage, for the caller's report.
 class Stopwatch {
@@ -59,6 +64,12 @@ class Stopwatch {
 Size extent(const std::vector<Offset>& offsets) {
     const Offset box = difference_box(offsets);
     return {box.row + 1, box.column + 1};
+}
+
+size_t pixels_of_levels(Size size, int levels, int factor) {
+    size_t pixels = 0;
+    for (const Size level : pyramid_sizes(size, levels, factor)) pixels += area(level);
+    return pixels;
 }
 
 /// What a support asks of a level.
@@ -208,11 +219,18 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
     /// \param box lags that other fits to come will ask for
     [[nodiscard]] TextureModel fit(const FitOptions& options, Offset box) {
         if (!leaves_choices(options)) return fit(options, FitDepth::complete, box);
-        const Choices choices = choose(
-            options,
-            {&image_,
-             [&](const FitOptions& settled) -> AnalysedPicture& { return picture(planes_of(settled)); },
-             [&](const FitOptions& settled, FitDepth depth) { return fit(settled, depth, box); }});
+        std::optional<Stage> choosing(std::in_place, "choice");
+        const Choices choices = choose(options, {&image_,
+                                                 [&](const FitOptions& settled) -> AnalysedPicture& {
+                                                     return picture(planes_of(settled));
+                                                 },
+                                                 [&](const FitOptions& settled, FitDepth depth) {
+                                                     WorkPart part(share_of_choice * (1.0 - work_counted()));
+                                                     TextureModel model = fit(settled, depth, box);
+                                                     part.done(1.0);
+                                                     return model;
+                                                 }});
+        choosing.reset();
         TextureModel model = fit(choices.options, FitDepth::complete, box);
         model.provenance.reasons.insert(model.provenance.reasons.begin(), choices.reasons.begin(),
                                         choices.reasons.end());
@@ -230,7 +248,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         box = {std::max(box.row, own.row), std::max(box.column, own.column)};
         Stopwatch watch(options);
         const AnalysedPlanes kind = planes_of(options);
-        AnalysedPicture& planes = picture(kind);
+        AnalysedPicture& planes = told_picture(kind);
         watch.lap("planes");
 
         const int equation_planes = is_2d(options.model) ? 1 : planes.image().planes();
@@ -261,6 +279,10 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         return is_2d(options.model) ? AnalysedPlanes::klt : AnalysedPlanes::picture;
     }
 
+    AnalysedPicture& told_picture(AnalysedPlanes kind) {
+        const Stage stage("planes");
+        return picture(kind);
+    }
     AnalysedPicture& picture(AnalysedPlanes kind) {
         const std::lock_guard lock(mutex_);
         const auto found = pictures_.find(kind);
@@ -271,9 +293,13 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
                 .try_emplace(kind, *device_, varying_.planes == 0 ? image_ : to_eigenplanes(varying_, image_))
                 .first->second;
         }
-        if (basis_.planes == 0) basis_ = spectral_basis(image_);
+        if (basis_.planes == 0) {
+            const WorkPart part(0.4);
+            basis_ = spectral_basis(image_);
+        }
         Image eigenplanes = to_eigenplanes(basis_, image_);
         if (kind == AnalysedPlanes::gaussian) {
+            const WorkPart part(0.5);
             GaussianPlanes gaussian = gaussianise(eigenplanes);
             marginals_ = std::move(gaussian.marginals);
             eigenplanes = std::move(gaussian.planes);
@@ -299,6 +325,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
         if (kind == AnalysedPlanes::gaussian) model.marginals = marginals_;
         model.mean = model.basis.planes == 0 ? plane_means(image_) : model.basis.mean;
 
+        std::optional<Stage> stage(std::in_place, "pyramid");
         static_cast<void>(planes.level(options.factor, count, 0));
         watch.lap("pyramid");
         struct Timed {
@@ -306,12 +333,17 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
             double statistic = 0.0, fit = 0.0;
         };
         std::vector<Timed> fits(static_cast<size_t>(count));
+        stage.emplace("lag covariances");
+        const double all = static_cast<double>(pixels_of_levels(image_.size(), count, options.factor));
         for (int k = 0; k < count; ++k) {
-            static_cast<void>(planes.level(options.factor, count, k).statistic(box));
+            AnalysedLevel& level = planes.level(options.factor, count, k);
+            WorkPart part(static_cast<double>(area(level.image().size())) / all);
+            static_cast<void>(level.statistic(box));
             fits[static_cast<size_t>(k)].statistic = watch.split();
-            stop_if_asked();
+            part.done(1.0);
         }
-        for_each_block(count, [&](int k) {
+        stage.emplace("fit");
+        for_each_part(count, [&](int k) {
             Timed& own = fits[static_cast<size_t>(k)];
             Stopwatch alone(options);
             own.level = fit_level(planes.level(options.factor, count, k), options, support);
@@ -334,6 +366,7 @@ class [[gnu::visibility("hidden")]] Analysis::Impl {
                 correlated_reason(options.correlated, support.kind, support.offsets, weakest));
         }
         if (depth == FitDepth::levels) return model;
+        stage.emplace("gains");
         const bool gains = options.gains == GainMode::match && is_valid(model);
         std::vector<LagCovariance> fields;
         if (gains || !model.marginals.empty()) fields = level_fields(model, grids);
@@ -369,7 +402,9 @@ std::vector<TextureModel> Analysis::fit_all(std::span<const FitOptions> options)
         box = {std::max(box.row, own.row), std::max(box.column, own.column)};
     }
     std::vector<TextureModel> models(options.size());
-    for_each_block(static_cast<int>(options.size()), [&](int k) {
+    std::optional<Stage> together;
+    if (options.size() > 1) together.emplace("fit");
+    for_each_part(static_cast<int>(options.size()), [&](int k) {
         const auto place = static_cast<size_t>(k);
         models[place] = impl_->fit(options[place], box);
     });

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "btfield/error.hpp"
-#include "host/base/parallel.hpp"
+#include "host/base/work_part.hpp"
 #include "host/fit/correlated_support.hpp"
 #include "host/fit/likelihood.hpp"
 #include "host/fit/mrf_least_squares.hpp"
@@ -204,7 +204,7 @@ FittedLevel fit_level(AnalysedLevel& data, const FitOptions& options, const Supp
         double likelihood = std::numeric_limits<double>::quiet_NaN();
     };
     std::vector<Part> fits(static_cast<size_t>(parts));
-    for_each_block(parts, [&](int p) {
+    for_each_part(parts, [&](int p) {
         const LagCovariance own = parts > 1 ? plane_statistic(statistic, p) : LagCovariance{};
         const LagCovariance& seen = parts > 1 ? own : statistic;
         auto& [part, likelihood] = fits[static_cast<size_t>(p)];

@@ -10,6 +10,7 @@
 #include "host/analysis/lag_matrices.hpp"
 #include "host/analysis/working_basis.hpp"
 #include "host/base/dense.hpp"
+#include "host/base/work_part.hpp"
 #include "host/fit/mrf_sweep.hpp"
 #include "host/fit/mrf_unknowns.hpp"
 #include "host/spectrum/positive_everywhere.hpp"
@@ -224,10 +225,12 @@ class Minimisation {
 
     /// \param from   where to begin, positive definite
     Minimum run(const VectorXd& from) {
+        const WorkPart part(2.0 * share_of_descent * (1.0 - work_counted()));
         x_ = from;
         move_to(resolving(problem_.polynomial(x_), base_));
         if (!value_) return result_;
         while (follow_peaks()) {
+            work_nearer(share_of_step);
             const MrfProblem::Derivatives at = derivatives();
             const double off = mismatch(problem_, at.gradient);
             record(off);

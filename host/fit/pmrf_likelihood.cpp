@@ -9,6 +9,7 @@
 #include "host/analysis/working_basis.hpp"
 #include "host/base/dense.hpp"
 #include "host/base/lane_inverse.hpp"
+#include "host/base/work_part.hpp"
 #include "host/fit/folded_periodogram.hpp"
 #include "host/fit/likelihood.hpp"
 #include "host/fit/mrf_likelihood.hpp"
@@ -303,7 +304,9 @@ PmrfDescent descend(const Whittle& whittle, const Point& start, const MrfLikelih
     std::optional<double> value = whittle.value(start, *lattice);
     if (!value) return result;
     result.start = *value;
+    const WorkPart part(0.9 * (1.0 - work_counted()));
     while (true) {
+        work_nearer(0.3 * share_of_step);  // steps are small ones here
         const GridDensity needed = resolving(result.point.lambda, base);
         if (needed.row_levels > lattice->density.row_levels ||
             needed.column_levels > lattice->density.column_levels) {
@@ -422,7 +425,9 @@ Point independent_planes(const Frame& frame, const MrfLikelihoodOptions& options
     Point start{{MatrixXd::Identity(d, d), frame.support.offsets, {}}, MatrixXd::Zero(d, d)};
     start.lambda.terms.assign(frame.support.offsets.size(), MatrixXd::Zero(d, d));
     fit.converged = true;
+    const WorkPart part(0.3);
     for (int i = 0; i < d; ++i) {
+        const WorkPart plane(1.0 / d);
         const MrfLikelihoodFit one =
             fit_mmrf_ml(plane_statistic(frame, i), plane_support(frame, i), NoiseForm::full, options);
         fit.iterations += one.iterations;

@@ -15,6 +15,7 @@
 #include "host/analysis/working_basis.hpp"
 #include "host/base/dense.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 #include "host/fit/least_squares.hpp"
 #include "host/fit/likelihood.hpp"
 #include "host/fit/sar_newton.hpp"
@@ -369,6 +370,7 @@ class Fit {
 
   private:
     Descent run(SarObjective& objective, const VectorXd& x, double tolerance) {
+        const WorkPart part(share_of_descent * (1.0 - work_counted()));
         Descent end = descend(objective, x, tolerance, options_.most_steps, pace_);
         steps_ += end.steps;
         return end;

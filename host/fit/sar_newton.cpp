@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "host/base/dense.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -65,6 +66,7 @@ Descent descend(SarObjective& objective, VectorXd x, double tolerance, int most_
     result.likelihood = objective.likelihood();
     if (!std::isfinite(result.value)) return result;
     for (;; ++result.steps) {
+        work_nearer(share_of_step);
         const SarObjective::Derivatives at = objective.derivatives();
         result.gradient = at.gradient.cwiseAbs().maxCoeff();
         const Inverse inverse(at.hessian);

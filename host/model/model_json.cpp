@@ -17,6 +17,7 @@
 #include "host/base/file_output.hpp"
 #include "host/base/text.hpp"
 #include "host/model/model_names.hpp"
+#include "host/pictures/picture_format.hpp"
 #include "host/pictures/picture_names.hpp"
 
 namespace btfield::detail {
@@ -443,7 +444,8 @@ TextureModel model_from(const json& value, const std::string& place, Context con
     return model;
 }
 
-std::string model_bytes(const std::filesystem::path& path, const std::string& asked) {
+std::string model_bytes(const std::filesystem::path& path, const std::string& asked,
+                        const std::string& learner) {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), &std::fclose);
     const auto refuse = [&](int code) {
         throw InputError(asked, std::generic_category().message(code),
@@ -456,10 +458,13 @@ std::string model_bytes(const std::filesystem::path& path, const std::string& as
     };
     std::error_code no_regular_file;  // then its size shows while it is read
     const std::uintmax_t size = std::filesystem::file_size(path, no_regular_file);
-    if (!no_regular_file && size > largest_file) refuse_large();
     std::string bytes;
     std::array<char, 1 << 16> buffer;
     while (const std::size_t got = std::fread(buffer.data(), 1, buffer.size(), file.get())) {
+        if (bytes.empty() && format_of_bytes({buffer.data(), got}))
+            throw InputError(asked, "it is a picture, not a model",
+                             "learn a model of it first, with " + learner);
+        if (!no_regular_file && size > largest_file) refuse_large();
         bytes.append(buffer.data(), got);
         if (bytes.size() > largest_file) refuse_large();
     }

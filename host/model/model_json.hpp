@@ -46,7 +46,8 @@ void read_version(json_reading::Object& object, const std::string& expected, jso
 
 /// All of a file.
 /// \throws InputError when it cannot be read or is too large for a model
-[[nodiscard]] std::string model_bytes(const std::filesystem::path& path, const std::string& asked);
+[[nodiscard]] std::string model_bytes(const std::filesystem::path& path, const std::string& asked,
+                                      const std::string& learner = "'btfield fit' or 'btfield compound fit'");
 /// Whether models of this name are CBOR.
 [[nodiscard]] bool is_cbor_name(const std::filesystem::path& path);
 /// JSON, or CBOR when the name asks for it; the file appears complete or not at all.

@@ -162,6 +162,18 @@ std::vector<std::string> said_names(std::string_view description) {
     return names;
 }
 
+namespace {
+
+/// JSON or CBOR whose format, its first member, is one of btfield's.
+bool is_model(std::string_view begin) {
+    const std::size_t name = begin.find("btfield");
+    const bool map = !begin.empty() && (begin.front() == '{' || (begin.front() & 0xe0) == 0xa0);
+    return map && name != std::string_view::npos &&
+           begin.substr(0, name).find("format") != std::string_view::npos;
+}
+
+}  // namespace
+
 std::optional<PictureFormat> format_of_bytes(std::string_view head) {
     using namespace std::string_view_literals;
     if (head.starts_with("\x89PNG\r\n\x1a\n"sv)) return PictureFormat::png;
@@ -206,9 +218,15 @@ PictureFormat checked_format(const std::filesystem::path& path, const std::strin
 
     std::ifstream file(path, std::ios::binary);
     if (!file) throw InputError(asked, "the file cannot be opened", "check the permissions");
-    std::array<char, 16> head{};
+    std::array<char, 64> head{};
     file.read(head.data(), head.size());
-    const auto format = format_of_bytes({head.data(), static_cast<std::size_t>(file.gcount())});
+    const std::string_view begin(head.data(), static_cast<std::size_t>(file.gcount()));
+    const auto format = format_of_bytes(begin);
+    if (!format && is_model(begin))
+        throw InputError(asked, "it is a model of btfield, not a picture",
+                         "grow a picture of it first, with 'btfield " +
+                             std::string(begin.find("btfield-btf") < begin.size() ? "btf synth" : "synth") +
+                             "'");
     if (!format) throw InputError(asked, "it is not a picture of a known format", use_a_picture);
     return *format;
 }

@@ -3,6 +3,7 @@
 /// \file
 /// What the chunks of a PNG say of its colours and how it is turned.
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -14,9 +15,10 @@ namespace btfield::detail {
 struct PngChunks {
     /// Contents of gAMA, cHRM, iCCP, cICP and eXIf.
     std::string gamma, primaries, profile, code_points, exif;
-    std::string xmp;          ///< content of the iTXt that holds it
-    std::string description;  ///< the text of that name
-    std::string damaged;      ///< names of chunks that are not as they must be, and are ignored
+    std::string xmp;             ///< content of the iTXt that holds it
+    std::string description;     ///< the text of that name
+    std::string damaged;         ///< names of chunks that are not as they must be, and are ignored
+    std::size_t behind_end = 0;  ///< bytes behind IEND
     bool has_srgb = false;
     bool animated = false;  ///< acTL: only the first picture is read
 };

@@ -170,6 +170,10 @@ Picture decode_png(const std::filesystem::path& path, const ReadOptions& options
     if (!chunks.damaged.empty())
         picture.remarks.push_back("what its " + chunks.damaged +
                                   " says is damaged or out of place and was ignored");
+    if (chunks.behind_end > 0)
+        picture.remarks.push_back(counted(chunks.behind_end, "byte") +
+                                  (chunks.behind_end == 1 ? " lies" : " lie") +
+                                  " behind its end mark and belong to no picture");
     if (chunks.animated) picture.remarks.emplace_back("it is animated, and its first picture is read");
     return picture;
 }

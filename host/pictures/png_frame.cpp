@@ -143,8 +143,10 @@ std::string checked_png(const std::filesystem::path& path, const std::string& as
         if (chunks != nullptr && right) keep(*chunks, name, content);
         if (chunks != nullptr && !right) chunks->damaged += (chunks->damaged.empty() ? "" : ", ") + called;
         if (matters(name) && right) kept.append(all.substr(at, head + length + sum));
-        if (name == "IEND") return kept;
         at += head + length + sum;
+        if (name != "IEND") continue;
+        if (chunks != nullptr) chunks->behind_end = all.size() - at;
+        return kept;
     }
     throw InputError(asked, "it ends before its end mark", use_a_complete_file);
 }

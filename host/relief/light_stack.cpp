@@ -11,6 +11,7 @@
 #include "host/base/parallel.hpp"
 #include "host/base/srgb_curve.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -187,7 +188,8 @@ LightStack::LightStack(const LightSet& lights, const ReliefOptions& options, dou
     kept_ = all <= most_bytes;
     choose_strips(strip_values, most_bytes);
     if (kept_) values_.resize(static_cast<size_t>(all));
-    for_each_block(lights_, [&](int k) {
+    const Stage stage("read");
+    for_each_part(lights_, [&](int k) {
         const LightPicture& light = lights.lights[static_cast<size_t>(k)];
         const Picture picture = k == 0 ? front : read_picture(light.picture, reading_of(options));
         if (picture.image.size() != size_)

@@ -6,6 +6,7 @@
 
 #include "btfield/error.hpp"
 #include "host/analysis/plane_kinds.hpp"
+#include "host/base/stop.hpp"
 #include "host/base/text.hpp"
 #include "host/base/wide.hpp"
 
@@ -86,6 +87,7 @@ Features features_of(std::span<const Image> sample) {
             for (const float v : picture.plane(p))
                 squares += (static_cast<double>(v) - mean) * (static_cast<double>(v) - mean);
             means.push_back(mean);
+            stop_if_asked();
             variances[static_cast<size_t>(kinds[static_cast<size_t>(p)])] +=
                 squares / static_cast<double>(pixels);
         }
@@ -108,6 +110,7 @@ Features features_of(std::span<const Image> sample) {
     const double scale = feature_range / std::min(largest, clamped_deviations);
     features.values.assign(pixels * d, 0);
     for_each_plane([&](size_t p, std::span<const float> plane) {
+        stop_if_asked();
         for (size_t i = 0; i < pixels; ++i) {
             const double v = (static_cast<double>(plane[i]) - means[p]) / deviations[p] * scale;
             features.values[i * d + p] =

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "host/base/stop.hpp"
 namespace btfield::detail {
 namespace {
 
@@ -75,6 +76,7 @@ BoundaryCut minimum_cut(std::span<const std::int64_t> errors, int rows, int colu
     if (!closed) return table.best(-1);
     BoundaryCut result{{}, unreachable};
     for (int first = 0; first < table.places(); ++first) {
+        stop_if_asked();
         BoundaryCut found = table.best(first);
         if (found.cost < result.cost) result = std::move(found);
     }

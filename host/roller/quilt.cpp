@@ -9,6 +9,7 @@
 
 #include "host/base/parallel.hpp"
 #include "host/base/wide.hpp"
+#include "host/base/work_part.hpp"
 
 namespace btfield::detail {
 namespace {
@@ -214,8 +215,9 @@ SourceMap make_quilt(const Features& features, BlockSearch& search, Size size, i
         }
         laid += turn.size();
         if (laid < chosen.size()) usage.add(found);
-        if (options.progress)
-            options.progress(static_cast<double>(laid) / static_cast<double>(chosen.size()));
+        const double share = static_cast<double>(laid) / static_cast<double>(chosen.size());
+        work_done(share);
+        if (options.progress) options.progress(share);
     }
     return std::move(canvas).finished(cost);
 }

@@ -7,6 +7,7 @@
 
 #include "btfield/error.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 #include "host/roller/block_search.hpp"
 #include "host/roller/features.hpp"
 #include "host/roller/quilt.hpp"
@@ -78,6 +79,7 @@ SourceMap Roller::quilt(Size size, const RollerOptions& options) {
             asked,
             "an overlap of " + counted(overlap, "pixel") + " between patches of " + std::to_string(block),
             "give one from 2 to half of the patches' side");
+    const Stage stage("quilt");
     return make_quilt(impl_->features, impl_->search, size, block, overlap, options);
 }
 
@@ -94,6 +96,7 @@ std::vector<SourceMap> Roller::tiles(int count, std::optional<Size> size, const 
     if (overlap < 2 || overlap > side / 2)
         throw InputError(asked, "an overlap of " + counted(overlap, "pixel"),
                          "give one from 2 to half of the tile's shorter side");
+    const Stage stage("tile");
     return make_tiles(impl_->features, impl_->search, count, size, overlap, options.seed, options.tolerance,
                       asked);
 }

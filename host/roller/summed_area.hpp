@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "btfield/image.hpp"
+#include "host/base/stop.hpp"
 
 namespace btfield::detail {
 
@@ -18,6 +19,7 @@ class SummedArea {
     SummedArea(Size size, const Value& value) : pitch_(static_cast<std::size_t>(size.width) + 1) {
         sums_.assign((static_cast<std::size_t>(size.height) + 1) * pitch_, 0);
         for (int r = 0; r < size.height; ++r) {
+            if (r % 128 == 0) stop_if_asked();
             std::int64_t row = 0;
             for (int c = 0; c < size.width; ++c) {
                 row += value(r, c);

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "btfield/error.hpp"
 #include "host/base/parallel.hpp"
+#include "host/base/stop.hpp"
 #include "host/base/text.hpp"
+#include "host/base/work_part.hpp"
 #include "host/roller/canvas.hpp"
 #include "host/roller/minimum_cut.hpp"
 #include "host/roller/summed_area.hpp"
@@ -16,6 +19,9 @@ namespace btfield::detail {
 namespace {
 
 using std::size_t;
+
+/// Of the time that a tile takes.
+constexpr double share_of_differences = 0.1, share_of_places = 0.1, share_of_cuts = 0.75;
 
 /// Squared distances between pixels a lag apart.
 SummedArea lag_differences(const Features& features, int down, int right) {
@@ -113,7 +119,8 @@ void keep_best(std::vector<TilePlace>& places, size_t count) {
 std::vector<TilePlace> best_places(const Features& features, const std::vector<int>& heights,
                                    const std::vector<int>& widths, int overlap) {
     std::vector<std::optional<SummedArea>> down(heights.size()), right(widths.size());
-    for_each_block(static_cast<int>(heights.size() + widths.size()), [&](int i) {
+    std::optional<WorkPart> share(std::in_place, share_of_differences);
+    for_each_part(static_cast<int>(heights.size() + widths.size()), [&](int i) {
         const auto n = static_cast<size_t>(i);
         if (n < heights.size())
             down[n] = lag_differences(features, heights[n], 0);
@@ -122,13 +129,16 @@ std::vector<TilePlace> best_places(const Features& features, const std::vector<i
     });
     constexpr size_t kept = 8;
     std::vector<std::vector<TilePlace>> of_size(heights.size() * widths.size());
-    for_each_block(static_cast<int>(of_size.size()), [&](int i) {
+    share.reset();
+    share.emplace(share_of_places);
+    for_each_part(static_cast<int>(of_size.size()), [&](int i) {
         const size_t y = static_cast<size_t>(i) / widths.size(), x = static_cast<size_t>(i) % widths.size();
         const Size size{heights[y], widths[x]};
         const int rows = features.size.height - size.height - overlap + 1,
                   columns = features.size.width - size.width - overlap + 1;
         std::vector<TilePlace>& places = of_size[static_cast<size_t>(i)];
-        for (int top = 0; top < rows; top += overlap)
+        for (int top = 0; top < rows; top += overlap) {
+            stop_if_asked();
             for (int left = 0; left < columns; left += overlap) {
                 TilePlace best{{}, size, std::numeric_limits<double>::infinity()};
                 for (int r = top; r < std::min(rows, top + overlap); ++r)
@@ -140,6 +150,7 @@ std::vector<TilePlace> best_places(const Features& features, const std::vector<i
                     }
                 places.push_back(best);
             }
+        }
         keep_best(places, kept);
     });
     std::vector<TilePlace> all;
@@ -155,7 +166,8 @@ TilePlaceAndCut first_tile(const Features& features, const std::vector<int>& hei
     constexpr size_t examined = 48;
     places.resize(std::min(examined, places.size()));
     std::vector<CutTile> tiles(places.size());
-    for_each_block(static_cast<int>(places.size()), [&](int i) {
+    const WorkPart share(share_of_cuts);
+    for_each_part(static_cast<int>(places.size()), [&](int i) {
         tiles[static_cast<size_t>(i)] = cut_tile(features, places[static_cast<size_t>(i)], overlap);
     });
     double least = std::numeric_limits<double>::infinity();
@@ -192,6 +204,7 @@ void add_insides(std::vector<SourceMap>& tiles, const Features& features, BlockS
         cost += canvas.lay({border, border}, patch, query.strips, found);
         tiles.push_back(std::move(canvas).finished(cost));
         query.excluded.push_back(found);
+        work_nearer(1.0 / (count - i));
     }
 }
 

@@ -36,6 +36,7 @@
 #include "btfield/models.hpp"          // IWYU pragma: export
 #include "btfield/neighbourhood.hpp"   // IWYU pragma: export
 #include "btfield/picture_batch.hpp"   // IWYU pragma: export
+#include "btfield/progress.hpp"        // IWYU pragma: export
 #include "btfield/pyramid.hpp"         // IWYU pragma: export
 #include "btfield/relief.hpp"          // IWYU pragma: export
 #include "btfield/relightable.hpp"     // IWYU pragma: export

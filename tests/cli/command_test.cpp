@@ -376,5 +376,20 @@ TEST(CliCommandLong, ProgressIsALineNowAndThenWithoutATerminal) {
     EXPECT_EQ(quiet.err(), "");
 }
 
+/// Also where nothing ends for so long, and says in which stage.
+TEST(CliCommandLong, ProgressIsToldWithinLongStages) {
+    const TemporaryFolder folder;
+    Running run({test::command_path(), "fit", data + "/landsat.tif", "-o", "m.json", "--model", "3d-pmrf"},
+                folder.path(), {.folder = folder.path().string()});
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    run.kill(SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10100));
+    run.kill(SIGCONT);
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    run.kill(SIGKILL);
+    run.wait();
+    EXPECT_NE(run.err().find(" %: landsat.tif: fit\n"), std::string::npos) << run.err();
+}
+
 }  // namespace
 }  // namespace btfield

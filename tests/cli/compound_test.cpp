@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -157,6 +159,38 @@ TEST_F(CliCompound, Edits) {
     (void)expect_object({"compound", "edit", at("bark.json"), "-o", at("whole-in.json"), "--region", "1",
                          "--from", at("whole.json")});
     (void)expect_object({"synth", at("whole-in.json"), "-o", at("whole.png")});
+}
+
+TEST_F(CliCompound, TellsOfTilesThatHoldTooLittle) {
+    const auto warning = [&](const char* size) {
+        const Ended ended = btfield({"compound", "fit", data + "/cork.png", "-o", at("m.btfm"), "--crop",
+                                     "0,0,128,128", "--tile", size, "--json"});
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        return ended.err;
+    };
+    const std::string small = warning("16x16");
+    EXPECT_NE(small.find("the tile of 16 x 16 has 5 of 10 regions and 47 % of the contrast between them"),
+              std::string::npos)
+        << small;
+    EXPECT_EQ(warning("96x96"), "");
+    expect_failure(
+        {"compound", "fit", data + "/cork.png", "-o", at("n.btfm"), "--crop", "0,0,128,128", "--tile", "128"},
+        1, "ask for at most 114 along the shorter side, or for none");
+}
+
+TEST_F(CliCompound, ColoursOfRegionsBeforeTheyWereEdited) {
+    const json object = fitted("bark.json");
+    (void)expect_object(
+        {"compound", "edit", at("bark.json"), "-o", at("red.json"), "--region", "0", "--colour", ".9,.1,.1"});
+    const CompoundModel model = read_compound(at("bark.json"));
+    Image painted({32, 32}, 3, ColourSpace::srgb);
+    for (int p = 0; p < 3; ++p)
+        std::ranges::fill(painted.plane(p),
+                          static_cast<float>(palette(model)[0][static_cast<std::size_t>(p)]) / 255.0F);
+    write_picture(at("painted.png"), painted);
+    (void)expect_object({"synth", at("bark.json"), "-o", at("a.png"), "--control", at("painted.png")});
+    expect_failure({"synth", at("red.json"), "-o", at("b.png"), "--control", at("painted.png")}, 1,
+                   "which are others once regions were edited");
 }
 
 TEST_F(CliCompound, RefusesWhatMakesNoSense) {

@@ -104,6 +104,22 @@ TEST(CliRoll, SetsStayRegisteredAndExact) {
         }
 }
 
+TEST(CliRoll, TellsOfCutsThatDifferMuch) {
+    const TemporaryFolder folder;
+    const std::string out = (folder / "out.tif").string();
+    // Fields and roads: no two patches are alike. Of bark and stones there are many.
+    const test::Ended told = test::btfield({"roll", data + "/landsat.tif", "-o", out, "--tile"});
+    EXPECT_EQ(told.code, 0) << told.err;
+    EXPECT_NE(told.err.find("cuts may show: patches differ along them by 100 % of the variance"),
+              std::string::npos)
+        << told.err;
+    for (const char* const picture : {"/bark.png", "/rock.png"})
+        EXPECT_EQ(test::btfield({"roll", data + picture, "-o", out, "--tile"}).err, "");
+    // Those of noise differ as much and do not show.
+    write_picture(folder / "noise.png", test::random_image({96, 96}, 3, 0.5F));
+    EXPECT_EQ(test::btfield({"roll", (folder / "noise.png").string(), "-o", out, "--tile"}).err, "");
+}
+
 TEST(CliRoll, Refusals) {
     const TemporaryFolder folder;
     const std::string bark = data + "/bark.png", out = (folder / "out.png").string();

@@ -337,7 +337,8 @@ TEST(Cluster, RefusesWhatItCannotDo) {
     expect_error(work(grey, with(1, ClusterSpace::rgb)),
                  "it has 1 plane, and the cluster space 'rgb' is one of three");
     Image close({1, 40}, 3, ColourSpace::linear);  // colours that L*a*b* in float32 does not tell apart
-    for (int c = 20; c < 40; ++c) close.at(0, 0, c) = 1.0e-30F;
+    for (float& value : close.values()) value = 1.0F;
+    for (int c = 20; c < 40; ++c) close.at(0, 0, c) = std::nextafter(1.0F, 2.0F);
     expect_error(work(close, with(2)),
                  "it has 1 colour that smoothing in float32 leaves apart, and there are to be 2 regions");
 }

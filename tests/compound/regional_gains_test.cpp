@@ -56,7 +56,7 @@ std::vector<double> proportions(GainMode gains) {
     local.levels = levels;
     local.gains = gains;
     local.marginals = MarginalMode::none;
-    const RegionalFit fit = fit_regions(device, image, field, local, AveragesEstimator::spectral_root);
+    const RegionalFit fit = fit_regions(device, image, image, field, local, AveragesEstimator::spectral_root);
     const auto variances = [&](const Image& of) {
         std::vector<double> result;
         int step = 1;

@@ -288,6 +288,10 @@ TEST(png_decode, pixels_that_go_on_behind_the_last_row) {
     std::string wrong = deflated(rows);
     wrong.back() = static_cast<char>(wrong.back() ^ 1);
     EXPECT_THROW(static_cast<void>(remarks(wrong)), InputError);
+    // Nor does anything come behind the end mark.
+    put(path, png_of({PNG_COLOR_TYPE_RGB, 8, false, false}) + "junk");
+    EXPECT_EQ(read_picture(path).remarks,
+              std::vector<std::string>{"4 bytes lie behind its end mark and belong to no picture"});
     // Interlaced rows end as others do.
     put(path, png_of({PNG_COLOR_TYPE_RGB, 8, true, false}));
     EXPECT_TRUE(read_picture(path).remarks.empty());
