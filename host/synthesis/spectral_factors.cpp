@@ -102,8 +102,8 @@ std::vector<Offset> all_offsets(const std::vector<SpectralForm>& parts) {
     return {offsets.begin(), offsets.end()};
 }
 
-/// Of the draw of a normal: 80 operations of Philox make four, 87 of Box-Muller two.
-constexpr double operations_of_normal = 80.0 / 4.0 + 87.0 / 2.0;
+/// Of the draw of a normal: 80 operations of Philox make four, 78 of Box-Muller two.
+constexpr double operations_of_normal = 80.0 / 4.0 + 78.0 / 2.0;
 
 /// Draws that lie together: they feed twice as many frequencies.
 constexpr std::size_t block_of_noise = 16;

@@ -22,15 +22,22 @@ __kernel void normal_field(__global float* out, __global const uint2* seeds, int
     counter.z = (UINTN)((uint)(plane % planes));
     counter.w = (UINTN)(noise_level(level, BTFIELD_DOMAIN_SPATIAL));
     const philox_words words = philox4x32_10(counter, seed.x, seed.y);
-    REALN n0, n1, n2, n3;
-    box_muller(words.x, words.y, &n0, &n1);
-    box_muller(words.z, words.w, &n2, &n3);
+    REALN first[2], second[2];
+    const UINTN radius_words[2] = {words.x, words.z}, angle_words[2] = {words.y, words.w};
+    box_muller(radius_words, angle_words, first, second);
     __global float* target = out + ((size_t)plane * height + row) * width + column;
     const int left = width - column;
-    store_up_to(n0, target, left);
-    store_up_to(n1, target + 16, left - 16);
-    store_up_to(n2, target + 32, left - 32);
-    store_up_to(n3, target + 48, left - 48);
+    if (left >= 48 + VW) {
+        STOREN_GLOBAL(first[0], target);
+        STOREN_GLOBAL(second[0], target + 16);
+        STOREN_GLOBAL(first[1], target + 32);
+        STOREN_GLOBAL(second[1], target + 48);
+        return;
+    }
+    store_up_to(first[0], target, left);
+    store_up_to(second[0], target + 16, left - 16);
+    store_up_to(first[1], target + 32, left - 32);
+    store_up_to(second[1], target + 48, left - 48);
 }
 #endif
 

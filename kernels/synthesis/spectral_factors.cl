@@ -8,11 +8,19 @@
 // Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors, re and im:
 // [part][kx][vector of ky][i][j][lane], one after the other as they are read.
 
-#include "base/philox.clh"
-
 #ifndef BTFIELD_PLANES
 #error "BTFIELD_PLANES (number of planes d of a part) is not defined"
 #endif
+
+// Planes whose noise is drawn together.
+#if BTFIELD_PLANES <= 4
+#define TOGETHER BTFIELD_PLANES
+#else
+#define TOGETHER 1
+#endif
+#define BTFIELD_PAIRS (2 * TOGETHER)
+#include "base/philox.clh"
+
 #ifndef BTFIELD_FACTOR
 #error "BTFIELD_FACTOR (0 to 3, what F is) is not defined"
 #endif
@@ -130,12 +138,60 @@ INLINED void apply_and_store(const REALN* fr, const REALN* fi, const REALN* zr, 
             yi = fma(a, zi[j], fma(b, zr[j], yi));
         }
         if (zero_frequency) yr = choose(MASK(LANE_INDEX == 0u), yr + mean[i], yr);
-        STOREN(yr, re + base + (size_t)i * plane_size);
-        STOREN(yi, im + base + (size_t)i * plane_size);
+        STOREN_GLOBAL(yr, re + base + (size_t)i * plane_size);
+        STOREN_GLOBAL(yi, im + base + (size_t)i * plane_size);
     }
 }
 
 #ifdef BTFIELD_KERNEL_synthesise_spectrum
+INLINED philox_words spectral_words(UINTN block, int kx, UINTN plane, uint level, uint2 seed) {
+    philox_words counter;
+    counter.x = block;
+    counter.y = (UINTN)((uint)kx);
+    counter.z = plane;
+    counter.w = (UINTN)(noise_level(level, BTFIELD_DOMAIN_SPECTRAL));
+    return philox4x32_10(counter, seed.x, seed.y);
+}
+
+// Both pairs of the blocks of row kx, of the D planes of a part.
+INLINED void draw_planes(UINTN block, int kx, int part, uint level, uint2 seed, REALN (*zr)[D], REALN (*zi)[D]) {
+    UNROLL
+    for (int j = 0; j < D; j += TOGETHER) {
+        UINTN radius_words[PAIRS], angle_words[PAIRS];
+        REALN first[PAIRS], second[PAIRS];
+        UNROLLED
+        for (int k = 0; k < TOGETHER; ++k) {
+            const philox_words words = spectral_words(block, kx, (UINTN)((uint)(part * D + j + k)), level, seed);
+            radius_words[k] = words.x, angle_words[k] = words.y;
+            radius_words[TOGETHER + k] = words.z, angle_words[TOGETHER + k] = words.w;
+        }
+        box_muller(radius_words, angle_words, first, second);
+        UNROLLED
+        for (int k = 0; k < TOGETHER; ++k) {
+            zr[0][j + k] = first[k], zi[0][j + k] = second[k];
+            zr[1][j + k] = first[TOGETHER + k], zi[1][j + k] = second[TOGETHER + k];
+        }
+    }
+}
+
+// Pair `pair` of one block of row kx, of all planes of a part, which are the lanes.
+INLINED void draw_bin(int block, int pair, int kx, int part, uint level, uint2 seed, float* re, float* im) {
+    for (int j = 0; j < D; j += VW) {
+        const UINTN plane = (UINTN)((uint)(part * D + j)) + LANE_INDEX;
+        const philox_words words = spectral_words((UINTN)((uint)block), kx, plane, level, seed);
+        UINTN radius_words[PAIRS], angle_words[PAIRS];
+        REALN first[PAIRS], second[PAIRS];
+        UNROLLED
+        for (int i = 0; i < PAIRS; ++i) {
+            radius_words[i] = pair ? words.z : words.x;
+            angle_words[i] = pair ? words.w : words.y;
+        }
+        box_muller(radius_words, angle_words, first, second);
+        STOREN(first[0], re + j);
+        STOREN(second[0], im + j);
+    }
+}
+
 // Hermitian white noise, drawn in frequency, times the factors: the spectra of `batch` textures, seeds from first_seed on.
 // Bin ky of a row kx is pair ky/16 % 2 of block 16·(ky/32) + ky%16; on ky = 0 and H/2 the upper half of kx mirrors the lower
 // and self-conjugate bins are real. Spectra of planes begin `stride` floats apart, imaginary parts im_at floats after im.
@@ -154,46 +210,57 @@ __kernel void synthesise_spectrum(FACTOR_SOURCE, __global const float* mean, __g
     const int pairs = ky0 + 16 <= last ? 2 : 1;
     const int mirror = kx == 0 ? 0 : width - kx;
 
-    REALN fr[2][D * D], fi[2][D * D];
-    INTN own[2];  // bins that are conjugate to themselves or to another bin of the same column
-    int special[2];
-    for (int h = 0; h < pairs; ++h) {
-        const int ky = ky0 + 16 * h;
-        FETCH_FACTOR(part, kx, ky, fr[h], fi[h]);
-        const INTN index = AS_INTN(LANE_INDEX) + ky;
-        own[h] = MASK(index == 0);
-        if (height % 2 == 0) own[h] |= MASK(index == last);
-        special[h] = ky == 0 || (height % 2 == 0 && ky <= last && last < ky + VW);
+    // The first and the last bin of a row are drawn apart, all planes at once, where they mirror another bin, and where the
+    // last one stands alone in its vector.
+    const int alone = ky0 == last;
+    int apart[2], lane[2], pair[2], mirrors[2];
+    UNROLLED
+    for (int end = 0; end < 2; ++end) {
+        const int ky = end == 0 ? 0 : last;
+        lane[end] = ky / 32 * 16 + ky % 16 - block;
+        pair[end] = ky / 16 % 2;
+        mirrors[end] = kx >= mirror && (end == 0 || height % 2 == 0);
+        const int here = lane[end] >= 0 && lane[end] < VW && (end == 0 || last > 0);
+        apart[end] = here && (mirrors[end] || alone);
     }
+#if !BTFIELD_STORED_FACTORS
+    REALN fr[2][D * D], fi[2][D * D];
+    for (int h = 0; h < pairs; ++h) FETCH_FACTOR(part, kx, ky0 + 16 * h, fr[h], fi[h]);
+#endif
     for (int b = 0; b < batch; ++b) {
         const uint2 seed = seeds[first_seed + b];
         REALN zr[2][D], zi[2][D];
-        for (int j = 0; j < D; ++j) {
-            philox_words counter;
-            counter.x = (UINTN)((uint)block) + LANE_INDEX;
-            counter.y = (UINTN)((uint)kx);
-            counter.z = (UINTN)((uint)(part * D + j));
-            counter.w = (UINTN)(noise_level(level, BTFIELD_DOMAIN_SPECTRAL));
-            const philox_words words = philox4x32_10(counter, seed.x, seed.y);
-            box_muller(words.x, words.y, &zr[0][j], &zi[0][j]);
-            if (pairs == 2) box_muller(words.z, words.w, &zr[1][j], &zi[1][j]);
-            if ((special[0] || (pairs == 2 && special[1])) && kx >= mirror) {
-                counter.y = (UINTN)((uint)mirror);
-                const philox_words other = philox4x32_10(counter, seed.x, seed.y);
-                for (int h = 0; h < pairs; ++h) {
-                    REALN mr, mi;
-                    if (h == 0)
-                        box_muller(other.x, other.y, &mr, &mi);
-                    else
-                        box_muller(other.z, other.w, &mr, &mi);
-                    const int real = kx == mirror;
-                    zr[h][j] = choose(own[h], real ? mr * 1.41421356237f : mr, zr[h][j]);
-                    zi[h][j] = choose(own[h], real ? (REALN)(0.0f) : -mi, zi[h][j]);
+        if (alone) {
+            UNROLL
+            for (int j = 0; j < D; ++j) zr[0][j] = zi[0][j] = zr[1][j] = zi[1][j] = 0.0f;
+        } else {
+            draw_planes((UINTN)((uint)block) + LANE_INDEX, kx, part, level, seed, zr, zi);
+        }
+        for (int end = 0; end < 2; ++end) {
+            if (!apart[end]) continue;
+            float bin_re[D + VW - 1], bin_im[D + VW - 1];
+            draw_bin(block + lane[end], pair[end], mirrors[end] ? mirror : kx, part, level, seed, bin_re, bin_im);
+            const int real = mirrors[end] && kx == mirror;
+            const float scale = real ? 1.41421356237f : 1.0f, sign = mirrors[end] ? -1.0f : 1.0f;
+            UNROLLED
+            for (int h = 0; h < 2; ++h) {
+                if (h != pair[end]) continue;
+                const INTN here = MASK(LANE_INDEX == (uint)lane[end]);
+                UNROLL
+                for (int j = 0; j < D; ++j) {
+                    zr[h][j] = choose(here, bin_re[j] * scale, zr[h][j]);
+                    zi[h][j] = choose(here, real ? 0.0f : bin_im[j] * sign, zi[h][j]);
                 }
             }
         }
-        for (int h = 0; h < pairs; ++h) {
+        UNROLLED
+        for (int h = 0; h < 2; ++h) {
+            if (h == pairs) break;
             const int ky = ky0 + 16 * h;
+#if BTFIELD_STORED_FACTORS
+            REALN fr[2][D * D], fi[2][D * D];
+            FETCH_FACTOR(part, kx, ky, fr[h], fi[h]);
+#endif
             const size_t base = (size_t)(b * parts + part) * D * stride + (size_t)kx * pitch + ky;
             apply_and_store(fr[h], fi[h], zr[h], zi[h], mean + part * D, re, im + im_at, base, stride,
                             kx == 0 && ky == 0);
