@@ -27,10 +27,6 @@ using std::size_t;
 /// Over all pixels, once the number of regions is known.
 constexpr int final_iterations = 2;
 
-std::string counted(size_t count, const std::string& thing) {
-    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
-}
-
 void check_regions(int regions, const std::string& asked) {
     if (regions < 1 || regions > most_regions)
         throw InputError(asked, "there are to be " + std::to_string(regions) + " regions",
@@ -51,7 +47,7 @@ void check_colours(int colours, int regions, const std::string& which, const std
     const auto there = static_cast<size_t>(colours);
     throw InputError(asked,
                      "it has " + counted(there, "colour") + (which.empty() ? "" : " " + which) +
-                         ", and there are to be " + counted(static_cast<size_t>(regions), "region"),
+                         ", and there are to be " + counted(regions, "region"),
                      "ask for at most " + counted(there, "region"));
 }
 
@@ -130,7 +126,7 @@ std::string defect_of(const RegionDistances& found, const ClusterOptions& option
 
 /// Empty where there are enough.
 std::string too_few(int colours, int regions) {
-    return colours < regions ? "the picture has " + counted(static_cast<size_t>(colours), "colour") : "";
+    return colours < regions ? "the picture has " + counted(colours, "colour") : "";
 }
 
 /// \param colours  at least 2: how many the picture has, counted up to options.most
@@ -170,7 +166,7 @@ void check(const ControlField& field) {
     throw InputError(asked,
                      "the label at row " + std::to_string(at / width) + ", column " +
                          std::to_string(at % width) + " is " + std::to_string(*wrong) + ", of " +
-                         counted(static_cast<size_t>(field.regions), "region"),
+                         counted(field.regions, "region"),
                      "use labels from 0 to " + std::to_string(field.regions - 1));
 }
 
