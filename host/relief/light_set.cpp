@@ -420,10 +420,7 @@ LightSet read_folder(const fs::path& folder, const LightSetOptions& options) {
 
 namespace detail {
 
-void check_directions(std::span<const Direction> directions, const std::string& asked) {
-    if (directions.size() < 3)
-        throw InputError(asked, "there are " + counted(directions.size(), "light"),
-                         "a normal takes three or more, from all sides");
+bool tell_normals(std::span<const Direction> directions) {
     Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(3, 3);
     for (const Direction& d : directions)
         for (int i = 0; i < 3; ++i)
@@ -431,7 +428,14 @@ void check_directions(std::span<const Direction> directions, const std::string& 
                 moments(i, j) += d[static_cast<std::size_t>(i)] * d[static_cast<std::size_t>(j)];
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(moments, Eigen::EigenvaluesOnly);
     // A hundredth of the largest singular value: errors would grow a hundredfold.
-    if (!(spectrum.eigenvalues()[0] > 1e-4 * spectrum.eigenvalues()[2]))
+    return spectrum.eigenvalues()[0] > 1e-4 * spectrum.eigenvalues()[2];
+}
+
+void check_directions(std::span<const Direction> directions, const std::string& asked) {
+    if (directions.size() < 3)
+        throw InputError(asked, "there are " + counted(directions.size(), "light"),
+                         "a normal takes three or more, from all sides");
+    if (!tell_normals(directions))
         throw InputError(asked, "all lights lie in one plane, or nearly so",
                          "a normal takes lights from all sides");
 }

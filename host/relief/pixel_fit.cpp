@@ -99,6 +99,7 @@ PixelFits fit_pixels(DeviceImpl& device, const PixelStack& stack, std::span<cons
     BuildParameters parameters = device.lanes();
     parameters.set("BTFIELD_LIGHTS", room)
         .set("BTFIELD_RULE", number_of_rule(rule.rule))
+        .set("BTFIELD_FEW", rule.rule == LightRule::amb && rule.few_lights)
         .set("BTFIELD_STACK", static_cast<int>(stack.form))
         .set("BTFIELD_TABLE", !stack.table.empty());
 

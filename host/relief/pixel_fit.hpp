@@ -23,6 +23,8 @@ struct PixelRule {
     LightRule rule = LightRule::ls;
     double low = 0.35, high = 0.85;  ///< of ranks
     double roughness = 0.5;          ///< of lobe
+    /// Of amb, whether lights that disagree lose their weight slowly.
+    bool few_lights = false;
 };
 
 /// How a value of a stack is stored.

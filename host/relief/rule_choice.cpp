@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "host/relief/light_directions.hpp"
+
 namespace btfield::detail {
 namespace {
 
@@ -13,12 +15,12 @@ using std::size_t;
 
 /// Pixels that are judged at most.
 constexpr size_t judged_pixels = 500;
-/// With fewer lights nothing but Huber is tried: there are too few for more unknowns.
-constexpr int lights_to_choose = 20;
+/// With fewer lights no lobe is tried: there are too few for more unknowns.
+constexpr int many_lights = 20;
 /// With fewer lights none can be left out.
 constexpr int lights_to_judge = 6;
-/// Gloss is taken unless it is worse than this without it: matt surfaces are a case of it.
-constexpr double worth_a_lobe = 1.05;
+/// What is more general is taken unless it is worse by more than this than a case of it.
+constexpr double worth_a_case = 1.05;
 
 double median(std::vector<double>& values) {
     if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -107,20 +109,99 @@ std::string percent(double share) {
            std::to_string(static_cast<int>(std::lround(1000.0 * share)) % 10) + " %";
 }
 
+/// How well rules tell lights that they were not shown.
+class Judge {
+  public:
+    Judge(DeviceImpl& device, Samples samples, std::span<const LightDirection> lights)
+        : device_(device), samples_(std::move(samples)), lights_(lights) {}
+
+    [[nodiscard]] bool can() const { return samples_.lights >= lights_to_judge && samples_.pixels > 0; }
+    [[nodiscard]] bool few() const { return samples_.lights < many_lights; }
+
+    /// Median of what is missed, over what is bright. Of few lights all are left out, a quarter at a time:
+    /// one quarter would be one to four of them.
+    [[nodiscard]] double operator()(const PixelRule& rule) const {
+        if (!can()) return std::numeric_limits<double>::quiet_NaN();
+        std::vector<double> errors;
+        for (int part = few() ? 0 : parts_of_lights - 1; part < parts_of_lights; ++part)
+            leave_out(part, rule, errors);
+        return median(errors);
+    }
+
+  private:
+    void leave_out(int part, const PixelRule& rule, std::vector<double>& errors) const {
+        const std::vector<LightDirection> kept = lights_kept(lights_, part);
+        if (!tell_normals(kept)) return;
+        const size_t pixels = samples_.pixels;
+        const PixelFits fits = fit_pixels(
+            device_, values_kept(samples_.values, samples_.lights, pixels, part), pixels, 1, kept, rule);
+        for (size_t i = 0; i < pixels; ++i) {
+            std::array<double, fit_planes> fit{};
+            for (size_t x = 0; x < fit.size(); ++x) fit[x] = static_cast<double>(fits.fits[x * pixels + i]);
+            for (int k = part; k < samples_.lights; k += parts_of_lights)
+                if (const auto value = static_cast<double>(samples_.at(k, i)); value >= 0.0)
+                    errors.push_back(std::abs(value - modelled_value(fit, lights_[static_cast<size_t>(k)],
+                                                                     rule.roughness)) /
+                                     samples_.bright[i]);
+        }
+    }
+
+    DeviceImpl& device_;
+    Samples samples_;
+    std::span<const LightDirection> lights_;
+};
+
+using JudgedRule = std::pair<PixelRule, double>;
+
+JudgedRule best_lobe(const Judge& judge, const ReliefOptions& options) {
+    JudgedRule best{{LightRule::lobe, 0.0, 1.0, options.roughness.value_or(0.5)}, 0.0};
+    best.second = judge(best.first);
+    if (!options.roughness && judge.can())
+        for (const double roughness : {0.3, 0.8}) {
+            const PixelRule other{LightRule::lobe, 0.0, 1.0, roughness};
+            if (const double error = judge(other); error < best.second) best = {other, error};
+        }
+    return best;
+}
+
+void choose_best(const Judge& judge, const ReliefOptions& options, ChosenRule& result) {
+    result.rule.rule = LightRule::huber;
+    result.left_out_error = judge(result.rule);
+    if (!judge.can()) return;
+    PixelRule ambient = result.rule;
+    ambient.rule = LightRule::amb;
+    const double error = judge(ambient);
+    if (error < result.left_out_error ||
+        (judge.few() && error < worth_a_case * result.left_out_error && error <= result.least_squares)) {
+        result.rule = ambient;
+        result.left_out_error = error;
+    }
+    if (!judge.few())
+        if (const auto [lobe, of_lobe] = best_lobe(judge, options);
+            of_lobe < worth_a_case * result.left_out_error) {
+            result.rule = lobe;
+            result.left_out_error = of_lobe;
+        }
+    if (result.least_squares < result.left_out_error) {
+        result.rule.rule = LightRule::ls;
+        result.left_out_error = result.least_squares;
+    }
+}
+
 }  // namespace
 
-std::vector<LightDirection> lights_kept(std::span<const LightDirection> lights) {
+std::vector<LightDirection> lights_kept(std::span<const LightDirection> lights, int part) {
     std::vector<LightDirection> kept;
     for (size_t k = 0; k < lights.size(); ++k)
-        if (!is_left_out(static_cast<int>(k))) kept.push_back(lights[k]);
+        if (!is_left_out(static_cast<int>(k), part)) kept.push_back(lights[k]);
     return kept;
 }
 
-std::vector<float> values_kept(std::span<const float> stack, int lights, size_t of_light) {
+std::vector<float> values_kept(std::span<const float> stack, int lights, size_t of_light, int left_out) {
     std::vector<float> kept;
     for (int k = 0; k < lights; ++k) {
         const auto part = stack.subspan(static_cast<size_t>(k) * of_light, of_light);
-        if (!is_left_out(k)) kept.insert(kept.end(), part.begin(), part.end());
+        if (!is_left_out(k, left_out)) kept.insert(kept.end(), part.begin(), part.end());
     }
     return kept;
 }
@@ -151,60 +232,16 @@ ChosenCoding choose_coding(const LightStack& stack, std::span<const LightDirecti
 
 ChosenRule choose_rule(DeviceImpl& device, const LightStack& stack, std::span<const LightDirection> lights,
                        const LightDecoder& decoder, const ReliefOptions& options) {
-    const Samples samples = samples_of(stack, decoder);
-    const bool judged = samples.lights >= lights_to_judge && samples.pixels > 0;
-    const std::vector<LightDirection> kept = lights_kept(lights);
-    const std::vector<float> shown = values_kept(samples.values, samples.lights, samples.pixels);
-    const auto error_of = [&](const PixelRule& rule) {
-        if (!judged) return std::numeric_limits<double>::quiet_NaN();
-        const PixelFits fits = fit_pixels(device, shown, samples.pixels, 1, kept, rule);
-        std::vector<double> errors;
-        for (size_t i = 0; i < samples.pixels; ++i) {
-            std::array<double, fit_planes> fit{};
-            for (size_t x = 0; x < fit.size(); ++x)
-                fit[x] = static_cast<double>(fits.fits[x * samples.pixels + i]);
-            for (int k = 0; k < samples.lights; ++k)
-                if (const auto value = static_cast<double>(samples.at(k, i)); is_left_out(k) && value >= 0.0)
-                    errors.push_back(std::abs(value - modelled_value(fit, lights[static_cast<size_t>(k)],
-                                                                     rule.roughness)) /
-                                     samples.bright[i]);
-        }
-        return median(errors);
-    };
+    const Judge judge(device, samples_of(stack, decoder), lights);
     ChosenRule result;
-    result.least_squares = error_of({LightRule::ls});
-    result.rule = {options.rule, options.low, options.high, options.roughness.value_or(0.5)};
-    const auto best_lobe = [&] {
-        PixelRule best{LightRule::lobe, 0.0, 1.0, options.roughness.value_or(0.5)};
-        double least = error_of(best);
-        if (!options.roughness && judged)
-            for (const double roughness : {0.3, 0.8}) {
-                const PixelRule other{LightRule::lobe, 0.0, 1.0, roughness};
-                if (const double error = error_of(other); error < least) {
-                    least = error;
-                    best = other;
-                }
-            }
-        return std::pair(best, least);
-    };
-    if (options.rule == LightRule::automatic) {
-        result.rule.rule = LightRule::huber;
-        result.left_out_error = error_of(result.rule);
-        if (samples.lights < lights_to_choose || !judged) return result;
-        if (const double error = error_of({LightRule::amb}); error < result.left_out_error) {
-            result.rule.rule = LightRule::amb;
-            result.left_out_error = error;
-        }
-        if (const auto [lobe, error] = best_lobe(); error < worth_a_lobe * result.left_out_error) {
-            result.rule = lobe;
-            result.left_out_error = error;
-        }
-        return result;
-    }
-    if (options.rule == LightRule::lobe)
-        std::tie(result.rule, result.left_out_error) = best_lobe();
+    result.least_squares = judge({LightRule::ls});
+    result.rule = {options.rule, options.low, options.high, options.roughness.value_or(0.5), judge.few()};
+    if (options.rule == LightRule::automatic)
+        choose_best(judge, options, result);
+    else if (options.rule == LightRule::lobe)
+        std::tie(result.rule, result.left_out_error) = best_lobe(judge, options);
     else
-        result.left_out_error = error_of(result.rule);
+        result.left_out_error = judge(result.rule);
     return result;
 }
 

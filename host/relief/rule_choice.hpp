@@ -29,12 +29,16 @@ struct ChosenRule {
                                      std::span<const LightDirection> lights, const LightDecoder& decoder,
                                      const ReliefOptions& options);
 
-/// Whether this light is among those that are left out to judge a rule.
-[[nodiscard]] constexpr bool is_left_out(int light) {
-    return light % 4 == 3;
+/// Lights are left out in so many parts, each k-th of them, to judge a rule.
+inline constexpr int parts_of_lights = 4;
+/// Whether this light is in a part; the last one stands for all where lights are many.
+[[nodiscard]] constexpr bool is_left_out(int light, int part = parts_of_lights - 1) {
+    return light % parts_of_lights == part;
 }
-[[nodiscard]] std::vector<LightDirection> lights_kept(std::span<const LightDirection> lights);
+[[nodiscard]] std::vector<LightDirection> lights_kept(std::span<const LightDirection> lights,
+                                                      int part = parts_of_lights - 1);
 /// Of [light][plane][pixel], the lights that are kept.
-[[nodiscard]] std::vector<float> values_kept(std::span<const float> stack, int lights, std::size_t of_light);
+[[nodiscard]] std::vector<float> values_kept(std::span<const float> stack, int lights, std::size_t of_light,
+                                             int part = parts_of_lights - 1);
 
 }  // namespace btfield::detail

@@ -9,6 +9,9 @@
 #ifndef BTFIELD_RULE
 #error "BTFIELD_RULE (0: least squares, 1: ranks, 2: Huber, 3: ambient, 4: lobe) is not defined"
 #endif
+#ifndef BTFIELD_FEW
+#error "BTFIELD_FEW (whether lights are few, and their weights fall slowly) is not defined"
+#endif
 #ifndef BTFIELD_STACK
 #error "BTFIELD_STACK (0: light, below 0 where saturated, 1: floats, 2: uchar, 3: ushort) is not defined"
 #endif
@@ -157,7 +160,11 @@ inline REALN weight_of(REALN size, REALN inverse) {
     return fmin((REALN)(1.0f), 1.345f * roughly_inverse(fmax(u, (REALN)(LOWEST))));
 #else
     const REALN r = roughly_inverse(fma(u, u, (REALN)(1.0f)));
+#if BTFIELD_FEW
+    return r;
+#else
     return r * r;
+#endif
 #endif
 }
 
@@ -539,7 +546,8 @@ __kernel void fit_pixels(__global const STORED* stack, __global const float* gai
     with.gate = choose(MASK(bright > darkest), 0.15f * bright, (REALN)(0.0f));
     bright = order_statistic(sizes, lights, (INTN)((9 * last) / 10), AS_UINTN(darkest), 26, 8);
     bright = choose(MASK(bright > darkest), bright, (REALN)(0.0f));
-    with.floor_ = fmax(0.01f * bright, (REALN)(LOWEST));
+    // Where most lights leave the pixel dark, squares of residuals over the floor stay finite.
+    with.floor_ = fmax(fmax(0.01f * bright, 1e-7f * brightest), (REALN)(LOWEST));
 #if BTFIELD_RULE == LOBE
 #if BTFIELD_FOLLOW
     for (int i = 0; i < UNKNOWNS; ++i) of.x[i] = load_up_to(fits + (size_t)i * pixels + leader * width + column, count);

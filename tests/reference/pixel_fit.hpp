@@ -154,6 +154,9 @@ struct PixelStereo {
 inline double huber_weight(double u) {
     return std::min(1.0, 1.345 / std::max(u, 1e-30));
 }
+inline double cauchy_weight(double u) {
+    return 1.0 / (1.0 + u * u);
+}
 inline double geman_mcclure_weight(double u) {
     return 1.0 / ((1.0 + u * u) * (1.0 + u * u));
 }

@@ -73,7 +73,8 @@ reference::Unknowns expected(reference::PixelStereo stereo, const PixelRule& rul
     const reference::Unknowns start = stereo.least_squares();
     stereo.set_gate();
     if (rule.rule == LightRule::huber) return stereo.reweighted(start, false, 12, reference::huber_weight);
-    return stereo.reweighted(start, true, 12, reference::geman_mcclure_weight);
+    return stereo.reweighted(start, true, 12,
+                             rule.few_lights ? reference::cauchy_weight : reference::geman_mcclure_weight);
 }
 
 double angle(const reference::Unknowns& a, const reference::Unknowns& b) {
@@ -128,6 +129,13 @@ TEST_P(PixelFitWidths, RulesFollowTheFormula) {
                 // answers may take the other one.
                 EXPECT_LE(found[(found.size() - 1) * 97 / 100], 0.2);
             }
+}
+
+TEST_P(PixelFitWidths, FewLightsLoseTheirWeightSlowly) {
+    const std::vector<double> found =
+        angles(device_, {13, 11}, 1, 14, {.rule = LightRule::amb, .few_lights = true});
+    EXPECT_LE(found[found.size() / 2], 0.01);
+    EXPECT_LE(found[(found.size() - 1) * 97 / 100], 0.2);
 }
 
 TEST(PixelFit, ExactLightGivesExactNormals) {
@@ -246,6 +254,20 @@ TEST(PixelFit, DarkPixelsAreNoNumbersElse) {
         for (const float value : found.fits) EXPECT_LE(std::abs(value), 1e-6F) << word_of(rule);
         for (const float value : found.albedo) EXPECT_LE(std::abs(value), 1e-6F) << word_of(rule);
     }
+}
+
+TEST(PixelFit, PixelsOfOneLightAreFinite) {
+    const std::vector<LightDirection> lights = test::dome(12);
+    std::vector<float> stack(12, 0.0F);
+    stack[5] = 0.3F;
+    for (const LightRule rule : {LightRule::huber, LightRule::amb, LightRule::lobe})
+        for (const bool few : {false, true}) {
+            SCOPED_TRACE(word_of(rule));
+            const PixelFits found = fit_pixels(test::default_device().impl(), stack, 1, 1, lights,
+                                               {.rule = rule, .few_lights = few});
+            for (const float value : found.fits) EXPECT_TRUE(std::isfinite(value));
+            for (const float value : found.albedo) EXPECT_TRUE(std::isfinite(value));
+        }
 }
 
 TEST(PixelFit, ModelledValueIsThatOfTheKernel) {

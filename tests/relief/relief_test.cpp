@@ -221,18 +221,52 @@ TEST(Relief, OfPicturesInMemory) {
     EXPECT_THROW((void)fit_relief(device, pictures, lights), InputError);
 }
 
-TEST(Relief, FewLightsAreHubers) {
+std::vector<Image> pictures_under(const std::vector<test::Direction>& lights, test::Light like) {
     const Image truth = test::hilly_normals(size);
-    for (const int count : {3, 5, 12}) {
-        const std::vector<test::Direction> lights = test::dome(count);
-        std::vector<Image> pictures;
-        for (const test::Direction& light : lights)
-            pictures.push_back(test::lit(truth, 1, {.direction = light}, 1));
-        const Relief relief = fit_relief(test::default_device(), pictures, lights);
-        EXPECT_EQ(relief.rule, LightRule::huber);
-        EXPECT_EQ(std::isnan(relief.left_out_error), count < 6);
-        EXPECT_LE(test::mean_angle(relief.normals, truth), 0.1) << count;
+    std::vector<Image> pictures;
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+        like.direction = lights[k];
+        pictures.push_back(test::lit(truth, 1, like, static_cast<unsigned>(k)));
     }
+    return pictures;
+}
+
+TEST(Relief, TooFewLightsToJudgeAreHubers) {
+    for (const int count : {3, 5}) {
+        const std::vector<test::Direction> lights = test::dome(count);
+        const Relief relief = fit_relief(test::default_device(), pictures_under(lights, {}), lights);
+        EXPECT_EQ(relief.rule, LightRule::huber);
+        EXPECT_TRUE(std::isnan(relief.left_out_error));
+        EXPECT_LE(test::mean_angle(relief.normals, test::hilly_normals(size)), 0.1) << count;
+    }
+}
+
+TEST(Relief, FewLightsAreJudgedToo) {
+    const std::vector<test::Direction> lights = test::dome(12);
+    const std::vector<Image> pictures =
+        pictures_under(lights, {.ambient = 0.3F, .noise = 0.01F, .shadows = 0.05F});
+    const Relief relief = fit_relief(test::default_device(), pictures, lights);
+    EXPECT_EQ(relief.rule, LightRule::amb);
+    EXPECT_LE(relief.left_out_error, relief.left_out_least_squares);
+    ReliefOptions options;
+    options.rule = LightRule::huber;
+    const Relief huber = fit_relief(test::default_device(), pictures, lights, options);
+    const Image truth = test::hilly_normals(size);
+    EXPECT_LE(test::mean_angle(relief.normals, truth), 0.9 * test::mean_angle(huber.normals, truth));
+}
+
+TEST(Relief, LightsOnAnArcButForOneAreJudged) {
+    // Without the part that has the first light the others lie in one plane: that part tells nothing.
+    std::vector<test::Direction> lights{{0.0, 0.5, std::sqrt(0.75)}};
+    for (int k = 1; k < 7; ++k) {
+        const double turn = (k - 3.5) * 0.3;
+        lights.push_back({std::sin(turn), 0.0, std::cos(turn)});
+    }
+    const Relief relief =
+        fit_relief(test::default_device(), pictures_under(lights, {.noise = 0.01F}), lights);
+    EXPECT_TRUE(std::isfinite(relief.left_out_error));
+    EXPECT_LE(relief.left_out_error, 0.1);
+    EXPECT_LE(relief.left_out_error, relief.left_out_least_squares);
 }
 
 }  // namespace
