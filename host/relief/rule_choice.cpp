@@ -171,8 +171,7 @@ void choose_best(const Judge& judge, const ReliefOptions& options, ChosenRule& r
     PixelRule ambient = result.rule;
     ambient.rule = LightRule::amb;
     const double error = judge(ambient);
-    if (error < result.left_out_error ||
-        (judge.few() && error < worth_a_case * result.left_out_error && error <= result.least_squares)) {
+    if (error < result.left_out_error || (judge.few() && error < worth_a_case * result.left_out_error)) {
         result.rule = ambient;
         result.left_out_error = error;
     }
@@ -182,7 +181,8 @@ void choose_best(const Judge& judge, const ReliefOptions& options, ChosenRule& r
             result.rule = lobe;
             result.left_out_error = of_lobe;
         }
-    if (result.least_squares < result.left_out_error) {
+    const bool resists_shadow = judge.few() && result.rule.rule == LightRule::amb;
+    if ((resists_shadow ? worth_a_case : 1.0) * result.least_squares < result.left_out_error) {
         result.rule.rule = LightRule::ls;
         result.left_out_error = result.least_squares;
     }

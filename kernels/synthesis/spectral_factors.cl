@@ -8,6 +8,8 @@
 // Λ_t is evaluated as transfer_matrix.clh says. Spectra lie as host/cl/fft.hpp says; lanes run over ky. Factors, re and im:
 // [part][kx][vector of ky][i][j][lane], one after the other as they are read.
 
+#include "base/lanes.clh"
+
 #ifndef BTFIELD_PLANES
 #error "BTFIELD_PLANES (number of planes d of a part) is not defined"
 #endif

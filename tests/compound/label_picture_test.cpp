@@ -357,7 +357,8 @@ TEST(LabelPicture, AnUnknownColourIsNamedWithTheNearest) {
     EXPECT_EQ(read_failure(folder / "a.png", palette),
               "read '" + (folder / "a.png").string() +
                   "': the colour at column 2, row 1, 9,200,30, is not in the palette; paint with the "
-                  "palette's colours and hard edges; the nearest is 0,250,0, of region 2");
+                  "palette's colours, which are others once regions were edited, and hard edges; the nearest "
+                  "is 0,250,0, of region 2");
 }
 
 TEST(LabelPicture, RefusesWhatHoldsNoLabels) {
