@@ -23,7 +23,7 @@ namespace btfield {
 
 /// How values under many lights make a normal.
 enum class LightRule {
-    automatic,  ///< huber, amb or lobe, whichever tells lights best that it was not shown
+    automatic,  ///< huber, amb or lobe, whichever tells lights best that it was not shown, or ls (theory 19.4)
     ls,         ///< least squares over all lights
     ranks,      ///< over those of middling brightness at the pixel
     huber,      ///< over those that agree, shadows left out
